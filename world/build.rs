@@ -1,9 +1,9 @@
-//! Finds MuJoCo, where `./x` puts it, and makes bindings of the few functions that the world calls.
+//! Finds MuJoCo where `./x` puts it, and makes bindings for the few functions that the world calls.
 
 use std::env;
 use std::path::{Path, PathBuf};
 
-/// As `./x` pins it.
+/// The version that `./x` pins.
 const VERSION: &str = "4.0.1";
 
 const FUNCTIONS: [&str; 9] = [
@@ -51,8 +51,8 @@ fn main() {
     println!("cargo::metadata=home={}", home.display());
 }
 
-/// Where MuJoCo is. A path leads from the workspace, which is not where Cargo runs this; an empty one is
-/// none, as for `./x`.
+/// The directory of MuJoCo. A relative path starts at the workspace, which is not where Cargo runs this
+/// script. An empty path counts as none, as for `./x`.
 fn home() -> PathBuf {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).parent().expect("the workspace");
     let named = env::var_os("SUPERBOT_MUJOCO").filter(|home| !home.is_empty());

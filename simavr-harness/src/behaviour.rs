@@ -1,4 +1,5 @@
-//! What the behaviours of a running robot do and know, as its images tell: by markers, and in RAM by name.
+//! Observes the behaviours of a running robot: through the markers that its images write, and through
+//! variables in RAM that are found by name.
 
 use hormone::event::Event as Behaviour;
 use hormone::status::Status;
@@ -13,8 +14,8 @@ use crate::engine::Engine;
 use crate::mcu::Mcu;
 use crate::module::Module;
 
-/// How long the robot's images take until they hear, in cycles, as read off orders to modules whose power
-/// comes about then: 2.4 to 2.7 ms. After a reset they are 0.9 ms sooner.
+/// How long after power-up the robot's images begin to hear, in cycles. Orders sent to modules that power up
+/// about then showed 2.4 to 2.7 ms; after a reset it is 0.9 ms less.
 const START: u64 = 5 * MILLISECOND / 2;
 
 impl simulation::Robot for Engine {
@@ -62,7 +63,7 @@ impl simulation::Robot for Engine {
     fn status(&self, module: usize) -> Option<Status> {
         let module = self.robot().module(module)?;
         let master = module.mcu(Controller::Master);
-        // Until its program has begun, RAM holds chance, or what was there before a reset.
+        // Until the program has begun, RAM holds chance values, or the values from before a reset.
         let begins_at = module.powered_up_at().max(master.starts_at()) + START;
         let bytes = master.read_symbol("MODULE_STATUS").ok().filter(|_| begins_at <= self.cycle())?;
         Status::from_bytes(bytes.first_chunk()?)
@@ -129,7 +130,7 @@ impl simulation::Robot for Engine {
     }
 }
 
-/// The MCUs whose programs have slept: before that their RAM may hold what it did at power-up.
+/// The MCUs whose programs have slept. Before the first sleep, RAM may still hold its values from power-up.
 fn mcus(engine: &Engine) -> impl Iterator<Item = &Mcu> {
     let robot = engine.robot();
     let modules = (0..robot.modules()).filter_map(|module| robot.module(module));

@@ -10,8 +10,8 @@ use crate::mcu::Mcu;
 use crate::part::Pin;
 use crate::repair::adc::Multiplexer;
 
-/// The body follows the pins in steps of so many cycles: 0.25 ms, four to a period of the joints' control.
-/// Both MCUs stop for each.
+/// Cycles of a step in which the body follows the pins: 0.25 ms, four steps to a period of the joints'
+/// control. Both MCUs stop for each step.
 pub const STEP: u64 = 4000;
 
 /// A step, in s.
@@ -23,21 +23,21 @@ const MULTIPLEXER: Multiplexer = Multiplexer {
     address: [Pin { port: 'G', bit: 0 }, Pin { port: 'G', bit: 1 }, Pin { port: 'G', bit: 2 }],
 };
 
-// Data addresses: a look at a register is far cheaper than asking simavr for a pin's level.
+// Data addresses: reading a register is far cheaper than asking simavr for a pin's level.
 const TCNT1H: u16 = 0x4d;
 const TCNT1L: u16 = 0x4c;
 const PORTD: u16 = 0x32;
 const PORTB: u16 = 0x38;
 
-/// Timer1's registers, but for ICR1, and port C. The body alone follows these, so that simavr need not: it
-/// would count each pulse of the motors, 20,000 a second, and tell each pin of its level.
+/// Timer1's registers except ICR1, and port C. Only the body follows these, so simavr need not: it would
+/// count each pulse of the motors, 20,000 a second, and signal the level of each pin.
 const FOLLOWED: [u16; 11] = [PORTC, 0x48, 0x49, 0x4a, 0x4b, TCNT1L, TCNT1H, TCCR1B, TCCR1A, 0x78, 0x79];
 
 /// The docks of each half, by their places.
 const DOCKS: [(Controller, [Dock; 3]); 2] =
     [(Controller::Master, MASTER.docks()), (Controller::Slave, SLAVE.docks())];
 
-/// What was last shown of the switches at the ends of the latches, by docks: released, latched.
+/// The levels last shown for the switches at the ends of the latches, by dock: released, latched.
 #[derive(Default)]
 pub struct BodyPins {
     switches: [[Option<bool>; 2]; 6],
@@ -53,7 +53,7 @@ impl BodyPins {
         self.show(body, mcus);
     }
 
-    /// Lets a [`STEP`] pass as the pins are, and then shows the MCUs where that has led.
+    /// Moves the body for a [`STEP`] as the pins drive it, and then shows the MCUs its new state.
     pub fn step(&mut self, body: &mut Body, mcus: &mut [Mcu; 2]) {
         body.step(&drives(mcus), SECONDS);
         self.show(body, mcus);
@@ -111,7 +111,7 @@ pub fn looking(mcus: &[Mcu; 2]) -> DockSet {
     docks
 }
 
-/// What the pins have motors and switches do.
+/// The drives of motors and switches, as the pins have them.
 fn drives(mcus: &[Mcu; 2]) -> Drives {
     let is_charging = is_high(&mcus[Controller::Slave as usize], PORTD, 7);
     let mut drives = Drives { is_charging, ..Drives::default() };
@@ -132,7 +132,8 @@ fn drives(mcus: &[Mcu; 2]) -> Drives {
     drives
 }
 
-/// Whether an output of this port is high; inputs of these ports have no pull-ups.
+/// Whether a pin of this port is driven high. Its bit in PORTx tells, since no input of these ports has a
+/// pull-up.
 fn is_high(mcu: &Mcu, port: u16, bit: u8) -> bool {
     mcu.read(port).is_some_and(|levels| levels & 1 << bit != 0)
 }

@@ -1,9 +1,9 @@
-//! The two-wire bus that joins MCUs (chapter "Two-wire Serial Interface" of the datasheet): whose
-//! turn it is, who is addressed, and what each node is told at the end of each byte.
+//! The two-wire bus that joins MCUs (chapter "Two-wire Serial Interface" of the datasheet). It decides which
+//! node is master, which is addressed, and which status each node gets at the end of each byte.
 //!
-//! The bus acts at cycles it knows beforehand: a START, a repeated START and a STOP take one bit, a
-//! byte nine. Until then the nodes run; none is let past that cycle, so that all of them are looked
-//! at as they stand then, however far apart they ran before.
+//! The bus acts at cycles that it knows beforehand: a START, a repeated START and a STOP take one bit, a
+//! byte nine. The nodes run up to such a cycle and none runs past it, so the bus sees the state of all nodes
+//! at that cycle, however far apart they ran before.
 //!
 //! A simplification: a node that leaves in mid-transfer releases both wires at once. The nodes that
 //! it addressed learn of it at the next START, as a bus error if a byte was under way.
@@ -70,18 +70,18 @@ const BYTE_BITS: u64 = 9;
 /// Bits from a request for a START on a free bus to the first event at another node.
 const START_AND_ADDRESS_BITS: u64 = 1 + BYTE_BITS;
 
-/// A bus and what its nodes are on it; the nodes are MCUs, always given in the same order.
+/// A bus and the roles of its nodes. The nodes are MCUs, always given in the same order.
 pub struct Bus {
     roles: Vec<Role>,
     phase: Phase,
     /// What the next byte is.
     next: NextByte,
-    /// Pulses on SCL until something lets go of SDA, which it holds low.
+    /// While something holds SDA low: the pulses on SCL until it releases SDA.
     data_held_for: u32,
-    /// Cycles of a bit of the node whose bits are the shortest.
+    /// The shortest bit of any node, in cycles.
     shortest_bit: u64,
     counts: BusCounts,
-    /// What was on the wires, where that is to be noted.
+    /// The signals on the wires, if they are recorded.
     signals: Option<Vec<Slice<BusSignal>>>,
 }
 
@@ -105,7 +105,7 @@ enum Role {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Phase {
-    /// Nobody is master since this cycle. `in_byte`: the last one left within a byte.
+    /// There is no master since this cycle. `in_byte`: the last one left within a byte.
     Free {
         since: u64,
         in_byte: bool,
@@ -150,12 +150,12 @@ impl Bus {
         }
     }
 
-    /// Takes note from now on of what is on the wires.
+    /// Records the signals on the wires from now on.
     pub(crate) fn trace(&mut self) {
         self.signals = Some(Vec::new());
     }
 
-    /// What was noted, in order.
+    /// Ends the recording and returns the signals, in order.
     pub(crate) fn take_signals(&mut self) -> Vec<Slice<BusSignal>> {
         self.signals.take().unwrap_or_default()
     }
@@ -171,8 +171,8 @@ impl Bus {
         self.counts
     }
 
-    /// Something, as a slave that lost count, holds SDA low until it has seen so many pulses on SCL. A master
-    /// that sends loses the bus by that, a STOP does not come through, and no START is possible.
+    /// Holds SDA low until the bus has seen `clocks` pulses on SCL, as a slave that lost count does. A master
+    /// that sends loses the bus, a STOP has no effect, and no START is possible.
     pub(crate) fn hold_data(&mut self, nodes: &mut [Mcu], clocks: NonZeroU32) {
         self.data_held_for = clocks.get();
         for node in nodes {
@@ -181,7 +181,7 @@ impl Bus {
         }
     }
 
-    /// Lets SDA go when it has seen its pulses. As SCL is high, that is a STOP to all who listen.
+    /// Releases SDA after the last of the pulses. SCL is high then, so all nodes see a STOP.
     fn see_clock_pulses(&mut self, nodes: &mut [Mcu]) {
         if self.data_held_for == 0 {
             return;
@@ -200,7 +200,7 @@ impl Bus {
         }
     }
 
-    /// What a master does on a bus whose SDA is held.
+    /// Acts for a master on a bus whose SDA is held low.
     fn act_in_vain(&mut self, nodes: &mut [Mcu], now: u64) {
         let in_byte = matches!(self.phase, Phase::Byte { .. });
         for master in self.indices(Role::is_master) {
@@ -223,7 +223,7 @@ impl Bus {
         }
     }
 
-    /// How many cycles pass at least from what one node does to its effect on another.
+    /// The fewest cycles from an action of one node to its effect on another.
     pub(crate) fn lookahead(&self) -> u64 {
         let quiet = !self.roles.iter().any(|role| matches!(role, Role::Slave { .. }));
         match self.phase {
@@ -232,8 +232,8 @@ impl Bus {
         }
     }
 
-    /// Takes notice of what the nodes have done, and acts if all of them have come to the cycle at
-    /// which the bus is due.
+    /// Processes what the nodes have done, and acts if all of them have come to the cycle at which the bus is
+    /// due.
     pub(crate) fn advance(&mut self, nodes: &mut [Mcu]) {
         if self.is_as_before(nodes) {
             return;
@@ -253,7 +253,7 @@ impl Bus {
         }
     }
 
-    /// Whether there is nothing to notice, nor to do yet: as most of the time.
+    /// Whether no node has news and the bus is not due yet, as is the case most of the time.
     fn is_as_before(&self, nodes: &[Mcu]) -> bool {
         let is_new = |node: &Mcu| !node.is_alive() || node.has(News::Bus);
         let is_due = self.due().is_some_and(|due| have_come_to(nodes, due));
@@ -316,7 +316,7 @@ impl Bus {
         Some(asked_at.max(free_since).max(clock_free) + bit_cycles(first))
     }
 
-    /// Lets the masters go on once no node holds the clock.
+    /// Continues the transfer once no node holds the clock.
     fn go_on(&mut self, nodes: &[Mcu]) {
         if nodes.iter().any(holds_clock) {
             return;
@@ -348,7 +348,7 @@ impl Bus {
         }
     }
 
-    /// All who asked before the START was over have sent it together.
+    /// All nodes that asked before the START was over have sent it together.
     fn start(&mut self, nodes: &mut [Mcu], now: u64, in_byte: bool) {
         let in_time = |node: &Mcu| start_asked_at(node).is_some_and(|asked_at| asked_at <= now);
         let starters: Vec<usize> = (0..nodes.len())
@@ -471,7 +471,7 @@ impl Bus {
 
     fn read_byte(&mut self, nodes: &mut [Mcu]) -> (u8, bool) {
         let sent = |slave: usize| nodes[slave].twi(|twi, cpu| twi.data(cpu));
-        // Nobody pulls the wire low: it reads as ones.
+        // Without a sender no node pulls the wire low: it reads as ones.
         let byte = self.slaves().map(sent).fold(0xff, |wire, sent| wire & sent);
         let acknowledged = self.masters().any(|master| acknowledges(&nodes[master]));
         for slave in self.indices(Role::is_slave) {
@@ -502,8 +502,8 @@ impl Bus {
         (byte, acknowledged)
     }
 
-    /// What is on the wire when all masters send, and who is still master after it: at each bit, a
-    /// zero wins. A master that wants a STOP or START where another sends has lost too.
+    /// The byte on the wire when all masters send, and the nodes that are still masters after it. At each bit
+    /// a zero wins. A master that wants a STOP or START where another one sends has lost, too.
     fn arbitrate(&mut self, nodes: &[Mcu]) -> (u8, Vec<usize>) {
         let mut senders = self.indices(Role::is_master);
         let masters = senders.len();
@@ -519,7 +519,7 @@ impl Bus {
         (wire, senders)
     }
 
-    // --- Who is who -----------------------------------------------------------------------------
+    // --- Roles ----------------------------------------------------------------------------------
 
     fn masters(&self) -> impl Iterator<Item = usize> + Clone {
         self.positions(Role::is_master)

@@ -1,4 +1,4 @@
-//! What goes over a wire between serial ports.
+//! The unit that travels over a wire between serial ports.
 
 /// One byte on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -11,7 +11,7 @@ pub struct Character {
 }
 
 impl Character {
-    /// The same so many cycles later.
+    /// The same character, `cycles` later.
     pub(crate) fn later(self, cycles: u64) -> Self {
         Self { start: self.start + cycles, end: self.end + cycles, ..self }
     }

@@ -1,4 +1,4 @@
-//! What an MCU counts, read out of its RAM by name, as a debugger would.
+//! Reads the counters of an MCU out of its RAM by name, as a debugger would.
 
 use tasks::bridge::protocol::BridgeCounters;
 use tasks::link::counters::LinkCounters;
@@ -24,7 +24,7 @@ pub(crate) fn bridge(mcu: &Mcu) -> Option<BridgeCounters> {
     words(mcu, "BRIDGE").map(BridgeCounters::from_words)
 }
 
-/// What the joints' control of an MCU has counted.
+/// The counts of an MCU's control of its joints.
 pub(crate) fn motors(mcu: &Mcu) -> Option<motor::Counters> {
     words(mcu, "MOTORS").map(motor::Counters::from_words)
 }

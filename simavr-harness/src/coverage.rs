@@ -1,8 +1,8 @@
-//! Which instructions of a program were executed, and which way each went from there.
+//! Records which instructions of a program were executed, and which way each went.
 //!
-//! The record is a file with a byte for each word of flash, mapped into memory: all MCUs, threads and
-//! processes that run the program write into the same one, and it holds what they did until then even if one
-//! of them fails.
+//! The record is a file with a byte for each word of flash, mapped into memory. All MCUs, threads and
+//! processes that run the program write into the same file, and it keeps what they recorded even if one of
+//! them fails.
 
 use std::fs::OpenOptions;
 use std::io;
@@ -13,7 +13,7 @@ use memmap2::MmapRaw;
 
 /// The instruction was executed, and the next word after it.
 const ON: u8 = 1 << 0;
-/// The instruction was executed, and something else after it.
+/// The instruction was executed, and another word than the next after it.
 const AWAY: u8 = 1 << 1;
 
 /// The record of one program.
@@ -32,7 +32,7 @@ pub struct Ways {
 }
 
 impl Coverage {
-    /// Opens the record in the file at `path`, or begins one there; its program has so many `words`.
+    /// Opens the record in the file at `path`, or begins one there, for a program of `words` words.
     ///
     /// # Errors
     /// The file cannot be opened, made as long as the program, or mapped.
@@ -42,7 +42,8 @@ impl Coverage {
         Ok(Self { file: MmapRaw::map_raw(&file)? })
     }
 
-    /// Where the program went from the instruction at `address` (in bytes): nowhere if it was never executed.
+    /// Where the program went from the instruction at `address` (in bytes); neither way if it was never
+    /// executed.
     pub fn ways(&self, address: u32) -> Ways {
         let seen = self.word(address / 2).map_or(0, |word| word.load(Ordering::Relaxed));
         Ways { on: seen & ON != 0, away: seen & AWAY != 0 }
@@ -50,8 +51,8 @@ impl Coverage {
 
     fn word(&self, at: u32) -> Option<&AtomicU8> {
         let at = at as usize;
-        // SAFETY: the byte lies in the mapping, which lives as long as `self`; bytes have no alignment, and
-        // nobody accesses the mapping but by these atomics.
+        // SAFETY: the byte lies in the mapping, which lives as long as `self`. Bytes need no alignment, and
+        // the mapping is accessed through these atomics only.
         (at < self.file.len()).then(|| unsafe { AtomicU8::from_ptr(self.file.as_mut_ptr().add(at)) })
     }
 
@@ -59,7 +60,7 @@ impl Coverage {
     #[inline(always)]
     pub(crate) fn note(&self, at: u32, next: u32) {
         let way = if next == at.wrapping_add(1) { ON } else { AWAY };
-        // Most are known already, and a read is far cheaper than what excludes other threads.
+        // Most ways are recorded already, and a load is far cheaper than an atomic read-modify-write.
         if let Some(word) = self.word(at).filter(|word| word.load(Ordering::Relaxed) & way == 0) {
             word.fetch_or(way, Ordering::Relaxed);
         }
@@ -72,7 +73,7 @@ impl Ways {
         self.on || self.away
     }
 
-    /// What either of two places that are the same code saw.
+    /// Merges the ways of two places that hold the same code.
     pub fn or(self, other: Self) -> Self {
         Self { on: self.on || other.on, away: self.away || other.away }
     }

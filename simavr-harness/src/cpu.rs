@@ -1,5 +1,5 @@
-//! A thin layer over one simavr instance: every dereference of simavr's structures is in this file,
-//! in `snapshot` below it and in `device`.
+//! A thin layer over one simavr instance. Every dereference of simavr's structures is in this file, in
+//! `registers` and `snapshot` below it, in `device`, or in `repair/watchdog`.
 //!
 //! A [`Cpu`] is a handle, copied freely between the harness and the callbacks that simavr makes into
 //! it. No Rust reference into simavr's memory outlives the method that makes it, so a callback may
@@ -29,7 +29,7 @@ unsafe extern "C" {
 /// Index of the I flag in SREG.
 const INTERRUPT_FLAG: usize = 7;
 
-/// Bytes of what simavr keeps behind the end of the flash.
+/// Bytes of the opcode that simavr keeps after the end of the flash.
 const OVERFLOW_OPCODE: usize = 2;
 
 const SPL: u16 = 0x5d;
@@ -37,9 +37,9 @@ const SPH: u16 = 0x5e;
 
 /// Handle of one simavr instance.
 ///
-/// Invariant: the instance lives as long as the `Mcu` that created it, and no handle is kept by
-/// anything that lives longer. Within the crate that is so by construction: handles are kept by the
-/// `Mcu` and lent to its devices during a call.
+/// Invariant: the instance lives as long as the `Mcu` that created it, and nothing that lives longer
+/// keeps a handle. Within the crate this holds by construction: the `Mcu` keeps the handles and lends
+/// them to its devices during a call.
 #[derive(Clone, Copy)]
 pub(crate) struct Cpu(NonNull<ffi::avr_t>);
 
@@ -54,7 +54,7 @@ pub(crate) struct Vector(NonNull<ffi::avr_int_vector_t>);
 // SAFETY: by the invariant of `Cpu` all vectors belong to one `Mcu`, and so move with it.
 unsafe impl Send for Vector {}
 
-/// What the core is doing, as simavr sees it.
+/// The core's state, as simavr has it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Core {
     Running,
@@ -78,8 +78,8 @@ pub(crate) struct RegisterBits {
     pub mask: u8,
 }
 
-/// An event at a device of an MCU for which the bus or the robot polls: a pending flag for each kind. All are
-/// in one place, so that a poll reads no device.
+/// An event at a device of an MCU, for which the bus or the robot polls. Each kind has a pending flag; all
+/// flags are in one place, so that a poll reads no device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum News {
     /// The two-wire interface was reset, or the program wrote a register of it.
@@ -91,7 +91,7 @@ pub(crate) enum News {
 /// The part of the harness that callbacks reach from simavr's structure (`avr_t::custom.data`).
 #[derive(Default)]
 struct Control {
-    /// No other instance has the same.
+    /// Unique among all instances.
     number: u64,
     /// Cycle at which the [`run`](crate::execution::run) under way has to return.
     deadline: u64,
@@ -107,7 +107,7 @@ struct Control {
     driven: BTreeMap<char, Driven>,
 }
 
-/// What the outside does to the pins of a port: which it drives, and their levels.
+/// The pins of a port that the outside drives, and their levels.
 #[derive(Clone, Copy, Default)]
 struct Driven {
     mask: u8,
@@ -126,7 +126,7 @@ impl Cpu {
         let avr = NonNull::new(unsafe { ffi::avr_make_mcu_by_name(name.as_ptr()) })?;
         let number = NUMBER.fetch_add(1, Ordering::Relaxed);
         let control = Box::new(Control { number, ..Control::default() });
-        // SAFETY: `avr` is a new instance that nobody else knows.
+        // SAFETY: `avr` is a new instance, and there is no other pointer to it.
         unsafe {
             let instance = avr.as_ptr();
             (*instance).custom.data = Box::into_raw(control).cast();
@@ -186,13 +186,14 @@ impl Cpu {
         unsafe { (*self.as_ptr()).cycle = cycle }
     }
 
-    /// Lets the core wait during the instruction in progress, inside of a [`run`](crate::execution::run).
+    /// Halts the core for `cycles` during the instruction in progress, inside of a
+    /// [`run`](crate::execution::run).
     pub fn halt(self, cycles: u64) {
         let avr = self.as_ptr();
         // SAFETY: the instance is alive by the type's invariant.
         unsafe {
             (*avr).cycle += cycles;
-            // Else the run would go on beyond the next timer for as long.
+            // Without this, the run would pass the next timer by as many cycles.
             (*avr).run_cycle_count = (*avr).run_cycle_count.saturating_sub(cycles);
         }
         self.keep_deadline();
@@ -229,7 +230,7 @@ impl Cpu {
         }
     }
 
-    /// The first error that simavr reported, and with it the end of the run.
+    /// The first error that simavr reported; it has ended the run.
     pub fn fault(self) -> Option<String> {
         // SAFETY: `control` lives as long as the instance; the reference ends with the clone.
         unsafe { (*self.control()).fault.clone() }
@@ -242,15 +243,15 @@ impl Cpu {
 
     // --- Running --------------------------------------------------------------------------------
 
-    /// Begins a run: it ends at `deadline` or at the next cycle timer, whichever comes first, and after one
-    /// instruction at least. Returns whether simavr has to look at the core before that executes anything.
+    /// Begins a run. It ends at `deadline` or at the next cycle timer, whichever comes first, but not before
+    /// one instruction. Returns whether simavr has to look at the core before the core executes anything.
     pub fn begin_run(self, deadline: u64) -> bool {
         let avr = self.as_ptr();
         // SAFETY: the instance is alive by the type's invariant; no simavr code runs meanwhile.
         unsafe {
             (*self.control()).deadline = deadline;
             let left = deadline.saturating_sub((*avr).cycle).max(1);
-            // simavr's own count is from before a sleep, or an interrupt's response.
+            // simavr's own count dates from before a sleep or an interrupt's response.
             let to_timer = self.next_timer().map_or(left, |when| when.saturating_sub((*avr).cycle));
             (*avr).run_cycle_limit = left;
             (*avr).run_cycle_count = to_timer.clamp(1, left);
@@ -258,8 +259,8 @@ impl Cpu {
         self.must_pause()
     }
 
-    /// Ends the run that has begun after its next instruction, also where that sets a timer, as WDR does:
-    /// simavr counts anew then, up to the limit.
+    /// Ends the run that has begun after its next instruction, even if that sets a timer as WDR does: simavr
+    /// then restarts its count, up to the limit.
     pub fn run_for_one_instruction(self) {
         let avr = self.as_ptr();
         // SAFETY: the instance is alive by the type's invariant.
@@ -269,7 +270,7 @@ impl Cpu {
         }
     }
 
-    /// Has simavr's own interpreter execute the run that has begun.
+    /// Executes the run that has begun by simavr's own interpreter.
     pub fn run_by_simavr(self) {
         let avr = self.as_ptr();
         // SAFETY: the instance is alive, and no reference into it exists across the call: callbacks use
@@ -290,7 +291,7 @@ impl Cpu {
         }
     }
 
-    /// Ends the run after the instruction in progress, for the harness to look at a device.
+    /// Ends the run after the instruction in progress, so that the harness can look at a device.
     pub fn call_attention(self) {
         // SAFETY: the instance and its `control` are alive by the type's invariant.
         unsafe { (*self.control()).attention = true }
@@ -320,7 +321,7 @@ impl Cpu {
         unsafe { (*self.control()).news[news as usize] }
     }
 
-    /// Whether an event was pending, which it is no longer.
+    /// Clears the pending flag of an event. Returns whether it was set.
     pub fn take(self, news: News) -> bool {
         // SAFETY: `control` lives as long as the instance; the reference ends with the call.
         unsafe { std::mem::take(&mut (*self.control()).news[news as usize]) }
@@ -411,7 +412,8 @@ impl Cpu {
         }
     }
 
-    /// Calls `visit` on the flash as simavr allocates it: behind its end is an opcode that tells of it.
+    /// Calls `visit` on the flash as simavr allocates it, with the opcode after its end by which simavr
+    /// detects that end.
     pub fn with_flash<R>(self, visit: impl FnOnce(&[u8]) -> R) -> R {
         let length = self.flash_size() + OVERFLOW_OPCODE;
         // SAFETY: simavr allocates more bytes and gives these a value; no simavr code runs inside `visit`,
@@ -419,10 +421,11 @@ impl Cpu {
         visit(unsafe { std::slice::from_raw_parts((*self.as_ptr()).flash, length) })
     }
 
-    /// Has the instance read its flash in `shared` from now on, if it is as long.
+    /// From now on the instance reads its flash from `shared`, if that has the same length.
     ///
     /// # Safety
-    /// `shared` lives as long as the instance, whose program has no SPM: nothing else writes a flash.
+    /// `shared` lives as long as the instance, and the instance's program has no SPM: nothing else writes a
+    /// flash.
     pub unsafe fn share_flash(self, shared: &[u8]) {
         if self.with_flash(<[u8]>::len) != shared.len() {
             return;
@@ -438,7 +441,7 @@ impl Cpu {
         }
     }
 
-    /// Notes in MCUCSR why the program is about to start over. Only power-on clears the other notes.
+    /// Sets the reset flag of `cause` in MCUCSR. Only power-on clears the other flags.
     pub fn note_reset(self, cause: Reset) {
         // SAFETY: the instance is alive by the type's invariant.
         let flags = unsafe { (*self.as_ptr()).reset_flags };
@@ -459,7 +462,7 @@ impl Cpu {
 
     // --- Interrupts -----------------------------------------------------------------------------
 
-    /// All vectors that simavr knows of, in no particular order.
+    /// All vectors that simavr knows, in no particular order.
     pub fn vectors(self) -> impl Iterator<Item = Vector> {
         // SAFETY: the table is part of the instance; its first `vector_count` entries are set.
         let (table, count) = unsafe {
@@ -479,7 +482,7 @@ impl Cpu {
         unsafe { ffi::avr_raise_interrupt(self.as_ptr(), vector.0.as_ptr()) };
     }
 
-    /// Takes a pending interrupt back; its flag stays as it is.
+    /// Makes a pending interrupt not pending. Its flag stays as it is.
     pub fn withdraw(self, vector: Vector) {
         vector.set_pending(false);
         self.forget_withdrawn();
@@ -544,7 +547,7 @@ impl Cpu {
 
     // --- Pins -----------------------------------------------------------------------------------
 
-    /// Sets the level that the outside gives to a pin, until it is driven otherwise.
+    /// Drives a pin from outside to `level`, until the next call for that pin.
     pub fn drive_pin(self, port: char, bit: u8, level: bool) {
         // SAFETY: `control` lives as long as the instance, and the reference ends here.
         let driven = unsafe { &mut (*self.control()).driven };
@@ -556,7 +559,7 @@ impl Cpu {
         self.raise_pin(port, bit, level, of_port);
     }
 
-    /// Gives all pins that the outside drives their levels again, after a reset has forgotten them.
+    /// Restores the levels of all pins that the outside drives, after a reset has dropped them.
     pub fn restore_pins(self) {
         // SAFETY: `control` lives as long as the instance, and the reference ends with the clone.
         let driven = unsafe { (*self.control()).driven.clone() };
@@ -567,8 +570,8 @@ impl Cpu {
         }
     }
 
-    /// Tells simavr which pins of the port are driven, so that an internal pull-up does not win over
-    /// them, and then the level of one.
+    /// Tells simavr which pins of the port are driven, so that no internal pull-up overrides them, and then
+    /// raises the level of one pin.
     fn raise_pin(self, port: char, bit: u8, level: bool, driven: Driven) {
         // SAFETY: the structure holds integers only, for which zero is a value.
         let mut pull: ffi::avr_ioport_external_t = unsafe { std::mem::zeroed() };
@@ -587,13 +590,13 @@ impl Cpu {
         unsafe { ffi::avr_io_getirq(self.as_ptr(), ioctl(b"iog", port), c_int::from(bit)) }
     }
 
-    /// Gives a pin the level that a compare unit has for it.
+    /// Sets a pin to the level that a compare unit outputs.
     pub fn output_pin(self, port: char, bit: u8, level: bool) {
         // SAFETY: the instance is alive by the type's invariant; simavr ignores a null signal.
         unsafe { ffi::avr_raise_irq(self.pin_irq(port, bit), ffi::AVR_IOPORT_OUTPUT | u32::from(level)) }
     }
 
-    /// Keeps the capture unit of simavr's timer `timer` from a pin.
+    /// Disconnects the capture unit of simavr's timer `timer` from a pin.
     pub fn disconnect_capture(self, timer: char, port: char, bit: u8) {
         // SAFETY: both signals live as long as the instance.
         unsafe {
@@ -603,7 +606,8 @@ impl Cpu {
         }
     }
 
-    /// Shows the external interrupt at a pin, of the same number as the pin, the bare level.
+    /// Passes only the bare level of a pin to the external interrupt there, which has the same number as the
+    /// pin.
     pub fn show_external_interrupt_levels_only(self, port: char, bit: u8) {
         // SAFETY: both signals live as long as the instance, and `show_level` takes the second one.
         unsafe {
@@ -679,16 +683,16 @@ fn ioctl(kind: &[u8; 3], port: char) -> u32 {
     u32::from_be_bytes([kind[0], kind[1], kind[2], port as u8])
 }
 
-/// The level in what simavr tells of a pin; the bits above say who drives it.
+/// Mask of a pin's level in the value that simavr signals; the bits above it tell what drives the pin.
 pub(crate) const LEVEL: u32 = 0xff;
 
-/// Hands a pin's level on to the signal in `parameter`.
+/// Passes a pin's level on to the signal in `parameter`.
 unsafe extern "C" fn show_level(_pin: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {
-    // SAFETY: whoever registered this passed a live signal.
+    // SAFETY: `show_external_interrupt_levels_only` registered this with a signal of the same instance.
     unsafe { ffi::avr_raise_irq(parameter.cast(), (value & LEVEL != 0).into()) }
 }
 
-/// Takes simavr's messages: errors, and stray accesses to memory, end the run; the rest is dropped.
+/// Takes simavr's messages. Errors and stray accesses to memory end the run; all others are dropped.
 unsafe extern "C" fn log(
     avr: *mut ffi::avr_t,
     level: c_int,

@@ -1,5 +1,5 @@
-//! How the harness puts peripherals of its own in the place of simavr's: the callbacks, and who owns
-//! what they point to.
+//! Replaces peripherals of simavr by the harness's own: the callbacks, and the ownership of the data to which
+//! they point.
 
 use std::ffi::c_void;
 use std::ptr::NonNull;
@@ -8,11 +8,11 @@ use simavr_ffi as ffi;
 
 use crate::cpu::{Cpu, IO_START, LEVEL};
 
-/// A peripheral that the harness owns. It sees the registers given to it, and may ask to be called
+/// A peripheral that the harness owns. It handles the registers given to it, and may ask to be called
 /// at a cycle.
 pub(crate) trait Device {
-    /// The program writes `value` to `address`. What a later read shall give is for the device to
-    /// store ([`Cpu::set_data`]).
+    /// The program writes `value` to `address`. The device stores the value that a later read returns
+    /// ([`Cpu::set_data`]).
     fn write(&mut self, cpu: Cpu, address: u16, value: u8);
 
     /// The program reads `address`.
@@ -20,20 +20,21 @@ pub(crate) trait Device {
         cpu.data(address)
     }
 
-    /// The cycle at which the device has something to do by itself.
+    /// The cycle at which the device next acts by itself.
     fn due(&self) -> Option<u64> {
         None
     }
 
-    /// That cycle has come: `now` is the cycle that [`Device::due`] gave. The core may have passed
-    /// it by less than an instruction.
+    /// The cycle `now`, which [`Device::due`] gave, has come. The core may have passed it by less than an
+    /// instruction.
     fn expire(&mut self, _cpu: Cpu, _now: u64) {}
 
-    /// A watched pin has this level now; it may have had it before.
+    /// A watched pin has level `_level` now, perhaps the same as before.
     fn pin_changed(&mut self, _cpu: Cpu, _level: bool) {}
 }
 
-/// A device in its place: simavr calls it while the program runs, the harness between runs.
+/// A device that is attached to an instance: simavr calls it while the program runs, the harness between
+/// runs.
 pub(crate) struct Attached<D: Device>(NonNull<Slot<D>>);
 
 struct Slot<D> {
@@ -61,7 +62,7 @@ impl<D: Device> Attached<D> {
         Self(slot)
     }
 
-    /// Has the device told of the levels of a pin.
+    /// Signals the levels of a pin to the device from now on.
     pub fn watch_pin(&self, cpu: Cpu, port: char, bit: u8) {
         // SAFETY: the slot outlives the instance's last run; simavr ignores a pin that is null.
         unsafe {
@@ -78,7 +79,7 @@ impl<D: Device> Attached<D> {
         unsafe { &self.0.as_ref().device }
     }
 
-    /// Works on the device from outside a run; what falls due by it happens at once.
+    /// Works on the device from outside a run. Actions of the device that fall due by this happen at once.
     pub fn with<R>(&mut self, cpu: Cpu, work: impl FnOnce(&mut D) -> R) -> R {
         // SAFETY: callbacks run only inside a run of the MCU, which borrows the owner, as this does.
         let slot = unsafe { self.0.as_mut() };
@@ -88,7 +89,7 @@ impl<D: Device> Attached<D> {
         result
     }
 
-    /// A reset dropped simavr's timers: forget the one that was set.
+    /// Forgets the timer that was set, after a reset has dropped simavr's timers.
     pub fn forget_timer(&mut self) {
         // SAFETY: callbacks run only inside a run of the MCU, which borrows the owner, as this does.
         unsafe { self.0.as_mut() }.armed = None;
@@ -184,7 +185,7 @@ unsafe extern "C" fn pin_changed<D: Device>(irq: *mut ffi::avr_irq_t, value: u32
     slot.arm(cpu, parameter);
 }
 
-/// Write handlers of simavr's own with something to do after each.
+/// simavr's own write handlers, each with an action after it.
 #[derive(Default)]
 pub(crate) struct WrappedWrites(Vec<NonNull<WrappedWrite>>);
 
@@ -194,7 +195,7 @@ struct WrappedWrite {
     after: After,
 }
 
-/// What follows a write: called with the address, the value before it and the value written.
+/// The action after a write, called with the address, the value before the write and the value written.
 type After = Box<dyn Fn(Cpu, u16, u8, u8) + Send>;
 
 // SAFETY: each entry has one owner, and simavr calls into it only on the thread that runs the MCU to which
@@ -246,8 +247,8 @@ unsafe extern "C" fn wrapped_write(
     }
 }
 
-/// The data address after the last register that simavr can hand to a handler. Some parts have a few more,
-/// which are memory to it.
+/// The data address after the last register that can have a handler in simavr. Some parts have a few
+/// registers beyond it, which simavr treats as memory.
 pub(crate) fn io_end(cpu: Cpu) -> u16 {
     // SAFETY: the instance is alive by the invariant of `Cpu`, and the table is an array in it.
     IO_START + unsafe { (*cpu.as_ptr()).io.len() } as u16
@@ -270,7 +271,7 @@ pub(crate) fn make_plain(cpu: Cpu, addresses: &[u16]) {
     }
 }
 
-/// Has the register at `address` ignore writes, those to single bits too. It is read as before.
+/// Makes the register at `address` ignore writes, those to single bits too. It is read as before.
 pub(crate) fn ignore_writes(cpu: Cpu, address: u16) {
     // SAFETY: the handler takes any parameter.
     unsafe { set_write(cpu, address, Some(ignore), std::ptr::null_mut()) };

@@ -1,4 +1,5 @@
-//! The docks of a robot in simavr: by its bodies, and where a world or its joints have them.
+//! The docks of a robot in simavr: its bodies, and the positions of its docks by the world or, without one,
+//! by its joints.
 
 use simulation::{Bodies, Body, Change, Environment, Face, Facing, Wiring, WiringError};
 use tasks::dock::DockSet;

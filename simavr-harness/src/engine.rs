@@ -1,14 +1,14 @@
 //! Runs a robot on several threads, with one outcome for any number of them.
 //!
-//! Time passes in rounds. Within a round each module runs alone; after it, what the modules sent is
-//! exchanged. None gets further ahead of those at its docks than the shortest frame that any dock is set
-//! up to send, a window: no character ends before whoever receives it has come there, and each is
-//! delivered in time. Where no two modules of one half of the robot are joined, the halves take turns, and
-//! each passes the other by a window: that is half as many rounds for each module, and what it needs stays
-//! in the host's cache for twice as long.
+//! Time passes in rounds. Within a round each module runs alone; the characters that modules sent are
+//! exchanged after it. A window is the shortest frame that any dock is set up to send. No module gets more
+//! than a window ahead of the modules at its docks, so no receiver has passed the end of a character before
+//! that character is delivered. If the robot divides into two halves without a link inside a half, the halves
+//! take turns, and each runs a window past the other. Each module then takes half as many rounds, and its
+//! data stay in the host's cache for twice as long.
 //!
-//! A program that sets up a shorter frame is noticed at the end of the round. Characters that it
-//! sends before that may be received late, by less than two windows, and then too the same in every
+//! The engine notices at the end of the round that a program has set up a shorter frame. Characters that
+//! the program sends before that may arrive late, by less than two windows; the delay is the same in every
 //! run.
 
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
@@ -23,11 +23,11 @@ use crate::robot::{Delivery, Event, LONGEST_WINDOW, Member, Robot};
 use crate::rounds::{self, Halves, Round, Rounds};
 use crate::shares::Shares;
 
-/// Docks are looked at each time that so many cycles have passed, if any of them does something: 10.4 ms,
-/// whole windows.
+/// Cycles between two checks of the docks, which take place only if a dock is active: 10.4 ms, a whole number
+/// of windows.
 const DOCKING_STEP: u64 = 40 * LONGEST_WINDOW;
 
-/// How often accelerometers are shown how modules lie where there is no world, in cycles: 104 ms.
+/// Without a world, the period at which accelerometers are shown how the modules lie, in cycles: 104 ms.
 const SAMPLE_PERIOD: u64 = 10 * DOCKING_STEP;
 
 /// A robot and the threads that run it.
@@ -62,7 +62,7 @@ impl Engine {
         std::mem::take(&mut self.events)
     }
 
-    /// Takes what the robot itself has changed of its wiring since the last call, in order.
+    /// Takes the changes that the robot itself has made to its wiring since the last call, in order.
     pub fn take_changes(&mut self) -> Vec<simulation::Event> {
         std::mem::take(&mut self.changes)
     }
@@ -82,8 +82,7 @@ impl Engine {
         }
     }
 
-    /// Runs the modules and the world up to `cycle`, or to where docks have to be looked at if that comes
-    /// first.
+    /// Runs the modules and the world up to `cycle`, or to the next check of the docks if that comes first.
     fn run_modules(&mut self, cycle: u64) {
         let Robot { members, physics, now, .. } = &mut self.robot;
         let run = Run::new(members, physics.as_mut(), *now, cycle, self.threads);
@@ -102,8 +101,8 @@ impl Engine {
     }
 }
 
-/// One run of all modules, shared by the threads. A thread that the system holds up holds up no more than
-/// the module it has taken: the others take what is left of its [share](Shares).
+/// One run of all modules, shared by the threads. A thread that the host preempts delays only the module that
+/// it has taken: the other threads take the rest of its [share](Shares).
 struct Run<'a> {
     members: Vec<Mutex<&'a mut Member>>,
     step: Option<Step<'a>>,
@@ -112,33 +111,34 @@ struct Run<'a> {
     target: u64,
     halves: Halves,
     rounds: Mutex<Rounds>,
-    /// Where all modules come together next, for docks to be looked at, or the world to take a step.
+    /// The cycle at which all modules stop next, for a check of the docks or a step of the world.
     stop: AtomicU64,
-    /// The half that runs in this round, and up to where.
+    /// The half that runs in this round, and the cycle at which the round ends.
     half: AtomicUsize,
     end: AtomicU64,
-    /// Those of them that nobody has taken yet; with none left, the round waits to be closed.
+    /// The modules of that half that no thread has taken yet. Once none is left, the round waits to be
+    /// closed.
     waiting: Shares,
-    /// How many have run.
+    /// The number of its modules that have run.
     finished: AtomicUsize,
-    /// The shortest frame seen among them.
+    /// The shortest frame that any of them is set up to send, in cycles.
     shortest_frame: AtomicU64,
-    /// At a time when docks are looked at, one of them does something.
+    /// At a check of the docks, one of them was active.
     is_docking: AtomicBool,
     /// There are no more rounds, or a thread panicked.
     over: AtomicBool,
 }
 
-/// The step of the world in the present millisecond, taken by whichever thread comes first while the others
-/// run modules.
+/// The world's step for the present millisecond. The first thread to come takes it, while the others run
+/// modules.
 struct Step<'a> {
     physics: Mutex<&'a mut Physics>,
-    /// Nobody has taken it yet.
+    /// No thread has taken it yet.
     is_due: AtomicBool,
     is_done: AtomicBool,
 }
 
-/// Rounds of spinning before a thread that has nothing to do gives its core to others.
+/// Spins before an idle thread yields its core.
 const SPINS: u32 = 200;
 
 impl<'a> Run<'a> {
@@ -174,7 +174,7 @@ impl<'a> Run<'a> {
         run
     }
 
-    /// Goes on with all modules, which have come to `now`.
+    /// Continues the run once all modules have come to `now`.
     fn go_on(&self, rounds: &mut Rounds, now: u64) {
         let next = |step: u64| (now + 1).next_multiple_of(step);
         let docking = self.target.min(next(DOCKING_STEP));
@@ -184,7 +184,7 @@ impl<'a> Run<'a> {
         self.begin_round(rounds);
     }
 
-    /// Returns whether there is a round before all modules come together.
+    /// Begins the next round on the way to `stop`. Returns `false` if all modules have come there.
     fn begin_round(&self, rounds: &mut Rounds) -> bool {
         let Some(Round { half, end }) = rounds.next(self.stop.load(Ordering::Relaxed)) else { return false };
         self.half.store(half, Ordering::Relaxed);
@@ -199,8 +199,8 @@ impl<'a> Run<'a> {
         &self.halves[self.half.load(Ordering::Relaxed)]
     }
 
-    /// Where a millisecond begins, shows modules where the world has them, and has the world take its next
-    /// step. Nobody runs a module now.
+    /// At the begin of a millisecond, exchanges data between the modules and the world, and makes the world's
+    /// next step due. No thread runs a module now.
     fn begin_step(&self, now: u64) {
         let Some(step) = self.step.as_ref().filter(|_| now.is_multiple_of(MILLISECOND)) else { return };
         let mut physics = lock(&step.physics);
@@ -211,7 +211,8 @@ impl<'a> Run<'a> {
         step.is_due.store(true, Ordering::Release);
     }
 
-    /// Takes the world's step if nobody has, or waits for whoever has. Returns whether the world can go on.
+    /// Takes the world's step if no thread has, or waits for the thread that has. Returns whether the world
+    /// can continue.
     fn end_step(&self) -> bool {
         let Some(step) = &self.step else { return true };
         while !step.take() && !step.is_done.load(Ordering::Acquire) {
@@ -223,12 +224,13 @@ impl<'a> Run<'a> {
         lock(&step.physics).trouble().is_none()
     }
 
-    /// What each thread, a worker, does until the run is over.
+    /// The loop of each thread, a worker, until the run is over.
     fn work(&self, worker: usize) {
         let _guard = EndIfPanicking(&self.over);
         let mut idle_spins = 0;
         while !self.over.load(Ordering::Acquire) {
-            // The longest piece of work comes first, and where its memory is in the cache.
+            // The world's step is the longest piece of work, so it comes first. Always the same worker takes
+            // it, in whose core's cache the world is.
             if worker == 0 && self.step.as_ref().is_some_and(Step::take) {
                 continue;
             }
@@ -247,7 +249,7 @@ impl<'a> Run<'a> {
     }
 
     fn run_module(&self, number: usize) {
-        // Before this module has run: then another thread may begin the next round.
+        // Read before the module counts as finished: after that, another thread may begin the next round.
         let (end, modules) = (self.end.load(Ordering::Relaxed), self.modules().len());
         {
             let mut member = lock(&self.members[number]);
@@ -265,8 +267,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Exchanges what was sent and begins the next round. Only the thread that ran the round's last
-    /// module comes here; the others find no module to run until then.
+    /// Delivers the characters that were sent and begins the next round. Only the thread that ran the round's
+    /// last module comes here; the others find no module to run until then.
     fn close_round(&self) {
         let mut mail = std::mem::take(&mut *lock(&self.mail));
         mail.sort_by_key(|delivery| {
@@ -300,7 +302,7 @@ impl<'a> Step<'a> {
 
     /// Takes the step if it is due. Returns whether it was.
     fn take(&self) -> bool {
-        // A look first, as for modules.
+        // A plain load first: it is cheaper than the swap, and mostly the step is not due.
         if !self.is_due.load(Ordering::Relaxed) || !self.is_due.swap(false, Ordering::Acquire) {
             return false;
         }
@@ -340,7 +342,7 @@ impl Drop for EndIfPanicking<'_> {
     }
 }
 
-/// Locks what no two threads use at once, and what is of no use after a panic.
+/// Locks a mutex, poisoned or not: its data are not used after a panic.
 fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }

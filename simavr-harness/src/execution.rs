@@ -1,4 +1,5 @@
-//! Executes a program: by the [`interpreter`] of the harness what that knows, by simavr's own the rest.
+//! Executes a program. The [`interpreter`] of the harness executes the instructions that it supports,
+//! simavr's own the rest.
 
 use instruction_set::Instruction;
 
@@ -7,7 +8,7 @@ use crate::cpu::Cpu;
 use crate::interpreter::{self, Note, Now};
 use crate::trace::Tracer;
 
-/// Who takes note of each instruction.
+/// The observers of each instruction.
 #[derive(Default)]
 pub(crate) struct Watchers<'a> {
     pub coverage: Option<&'a Coverage>,
@@ -55,7 +56,7 @@ pub(crate) fn run(cpu: Cpu, deadline: u64, program: &[Instruction], watchers: Wa
         return;
     }
     let at = cpu.pc() / 2;
-    cpu.run_for_one_instruction(); // of which note is taken
+    cpu.run_for_one_instruction(); // so that each one is noted
     cpu.run_by_simavr();
     notes.note(at, &Now::load(cpu));
 }

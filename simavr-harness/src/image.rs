@@ -1,4 +1,4 @@
-//! A program as the linker leaves it: what goes into flash, and where its symbols are.
+//! A program as the linker leaves it: the contents of its flash, and its symbols.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -33,15 +33,15 @@ pub struct Image {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Symbol {
     pub place: Place,
-    /// Size in bytes; 0 where the program does not say.
+    /// Size in bytes; 0 if the program does not give it.
     pub size: u16,
-    /// Whether it is a place within a function of assembly, known to its file alone.
+    /// Whether it is a label within a function of assembly, local to its file.
     pub is_label: bool,
-    /// Whether the program says that it is a function.
+    /// Whether the program marks it as a function.
     pub is_function: bool,
 }
 
-/// Which memory a symbol is in, and where.
+/// The memory that a symbol is in, and its address there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// Byte address in flash.
@@ -72,7 +72,7 @@ pub enum ImageError {
     Cut,
 }
 
-/// avr-gcc's linker keeps one address space: flash, data and EEPROM each begin at one of these.
+/// The linker of avr-gcc has one address space, in which data, EEPROM and fuses begin at these addresses.
 const DATA: u32 = 0x80_0000;
 const EEPROM: u32 = 0x81_0000;
 const FUSES: u32 = 0x82_0000;
@@ -124,21 +124,21 @@ impl Image {
         })
     }
 
-    /// The same, left to simavr's own interpreter, which decodes an instruction each time that it executes
-    /// it.
+    /// The same image, to be executed by simavr's own interpreter, which decodes an instruction each time
+    /// that it executes it.
     pub fn undecoded(self) -> Self {
         Self { program: Vec::new(), ..self }
     }
 
-    /// A program without symbols; not `decoded`, it is left to simavr's interpreter.
+    /// A program without symbols. If it is not `decoded`, simavr's interpreter executes it.
     #[cfg(test)]
     pub(crate) fn of_flash(flash: Vec<u8>, decoded: bool) -> Self {
         let program = if decoded { interpreter::decode(&flash) } else { Vec::new() };
         Self { program, flash, symbols: BTreeMap::new(), coverage: None, shared: OnceLock::new() }
     }
 
-    /// Records from here on, in the file at `path`, which instructions are executed by MCUs that run this
-    /// image. What the file holds already, of a program of this size, stays.
+    /// Records from now on, in the file at `path`, which instructions MCUs execute that run this image. The
+    /// file keeps what it has recorded already, of a program of this size.
     ///
     /// # Errors
     /// The file cannot be opened or mapped.
@@ -147,25 +147,25 @@ impl Image {
         Ok(())
     }
 
-    /// The record, if there is one.
+    /// The record of coverage, if there is one.
     pub fn coverage(&self) -> Option<&Coverage> {
         self.coverage.as_deref()
     }
 
-    /// What goes into flash, from address 0.
+    /// The contents of the flash, from address 0.
     pub fn flash(&self) -> &[u8] {
         &self.flash
     }
 
-    /// The flash of `mcu`, which runs this image, for all MCUs of its part to share: it stays in the host's
-    /// cache. `None` where it is not certain that nobody writes it.
+    /// The flash of `mcu`, which runs this image. All MCUs of its part share it, so that it stays in the
+    /// host's cache. `None` for a program that may write its flash.
     pub(crate) fn shared_flash(&self, mcu: Cpu) -> Option<&[u8]> {
-        // A program with SPM is not decoded.
+        // `decode` returns nothing for a program with SPM.
         let has_no_spm = !self.program.is_empty();
         has_no_spm.then(|| self.shared.get_or_init(|| mcu.with_flash(<[u8]>::to_vec)).as_slice())
     }
 
-    /// The same, decoded.
+    /// The flash, decoded; empty for a program that is left to simavr.
     pub(crate) fn program(&self) -> &[Instruction] {
         &self.program
     }
@@ -180,8 +180,8 @@ impl Image {
         self.symbols.iter().map(|(name, &symbol)| (name.as_str(), symbol))
     }
 
-    /// The name of the function or label in flash at or before `address` (in bytes), and how far
-    /// behind it `address` is.
+    /// The name of the last function or label in flash at or before `address` (in bytes), and the distance
+    /// from it to `address`.
     pub fn function_at(&self, address: u32) -> Option<(&str, u32)> {
         self.symbols()
             .filter_map(|(name, symbol)| match symbol.place {
@@ -192,7 +192,7 @@ impl Image {
     }
 }
 
-/// Copies `content` to `at`; what lies between is unprogrammed flash.
+/// Copies `content` to `at`. A gap before it becomes unprogrammed flash.
 fn place(flash: &mut Vec<u8>, at: usize, content: &[u8]) {
     let end = at + content.len();
     if flash.len() < end {
@@ -201,7 +201,7 @@ fn place(flash: &mut Vec<u8>, at: usize, content: &[u8]) {
     flash[at..end].copy_from_slice(content);
 }
 
-/// A symbol that stands for a place; constants and file names have no section.
+/// A symbol that stands for a place. Constants and file names have no section, and give `None`.
 fn named_symbol<'data>(symbol: impl ObjectSymbol<'data>) -> Option<(String, Symbol)> {
     if !matches!(symbol.section(), SymbolSection::Section(_)) {
         return None;

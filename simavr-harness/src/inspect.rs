@@ -1,4 +1,4 @@
-//! What all tasks of a program do at one moment, and where they go on.
+//! Inspects all tasks of a program at one moment: their states, and the registers with which they resume.
 
 use std::sync::Arc;
 
@@ -6,7 +6,7 @@ use crate::cpu::Registers;
 use crate::mcu::Mcu;
 use crate::trace::{Kernel, Names, NotTraceable, TaskState};
 
-/// What bytes of a stack hold that were never used, as `kernel/src/stack_watermark.rs` has it.
+/// The value of stack bytes that were never used, as in `kernel/src/stack_watermark.rs`.
 const WATERMARK: u8 = 0xa5;
 
 /// The tasks of a program.
@@ -25,19 +25,19 @@ struct Task {
 /// A task at one moment.
 #[derive(Clone, Debug)]
 pub struct Context {
-    /// The address of its control block, by which the kernel knows it.
+    /// The address of its control block, which identifies it to the kernel.
     pub task: u16,
     /// The name of its stack in the program.
     pub name: Arc<str>,
     pub state: TaskState,
-    /// With which it goes on; those of the MCU where it has the CPU.
+    /// The registers with which it resumes. Those of the MCU, if it has the CPU.
     pub registers: Registers,
     /// Bytes of its stack.
     pub stack: u16,
 }
 
 impl Tasks {
-    /// The tasks of the program that an MCU runs, by where they lie.
+    /// The tasks of the program that an MCU runs, in the order of their addresses.
     ///
     /// # Errors
     /// The program has no kernel of ours.
@@ -53,8 +53,8 @@ impl Tasks {
         Ok(Self { names, kernel, all })
     }
 
-    /// What they do now, as far as there are any: none before the program has begun. The kernel's data may be
-    /// between two states, but where interrupts are enabled.
+    /// The tasks that exist now: none before the kernel is initialised. While interrupts are masked, the
+    /// kernel's data may be between two states.
     pub fn look(&mut self, mcu: &Mcu) -> Vec<Context> {
         let Self { names, kernel, all } = self;
         let cpu = mcu.cpu();

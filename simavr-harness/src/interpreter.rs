@@ -1,9 +1,9 @@
 //! Executes a program on an instance of simavr faster than simavr does: instructions are decoded once for all
 //! MCUs that run the program.
 //!
-//! It does to the instance what simavr's own interpreter would, cycle by cycle, and leaves to that what is
-//! rare: SLEEP, WDR, ELPM, accesses beyond memory, stores to the CPU's registers by their addresses, whatever
-//! is no instruction.
+//! It changes the instance exactly as simavr's own interpreter would, cycle by cycle. It leaves the rare
+//! cases to simavr's: SLEEP, WDR, ELPM, accesses beyond memory, stores to the general registers by their
+//! addresses, and invalid opcodes.
 
 use std::cell::Cell;
 
@@ -20,7 +20,7 @@ const SPL: u16 = 0x5d;
 const SPH: u16 = 0x5e;
 const SREG: u16 = 0x5f;
 
-/// The first number of each group of instructions, behind the moves.
+/// The first number of each group of instructions; the moves come before them all.
 const LOADS: u8 = Ldd { to: 0, pointer: 0, displacement: 0 }.number();
 const STORES: u8 = Std { from: 0, pointer: 0, displacement: 0 }.number();
 const STACK: u8 = Push { from: 0 }.number();
@@ -28,8 +28,9 @@ const COMPARISONS: u8 = Cpi { one: 0, value: 0 }.number();
 const BRANCHES: u8 = Brbs { mask: 0, by: 0 }.number();
 const OTHERS: u8 = Subi { to: 0, value: 0 }.number();
 
-/// Decodes what is in flash, word by word: any of them may be jumped to. Nothing of a program that may write
-/// its own flash. What leads out of the program, as round the end of the flash, is left to simavr.
+/// Decodes the flash word by word, because a program may jump to any word. Returns nothing for a program with
+/// SPM, which may write its own flash. A jump out of the program, such as one round the end of the flash,
+/// becomes `Invalid` and is left to simavr.
 pub(crate) fn decode(flash: &[u8]) -> Vec<Instruction> {
     let words: Vec<u16> = flash.chunks_exact(2).map(|word| u16::from_le_bytes([word[0], word[1]])).collect();
     let leads_out = |to| u32::from(to) as usize >= words.len();
@@ -45,20 +46,20 @@ pub(crate) fn decode(flash: &[u8]) -> Vec<Instruction> {
     program
 }
 
-/// Takes note of what is executed.
+/// Observes executed instructions.
 pub(crate) trait Note {
     /// The instruction at word `at` was executed, and the program is where `now` has it.
     fn note(&mut self, at: u32, now: &Now);
 }
 
-/// Takes no note, and costs nothing.
+/// Observes nothing, at no cost.
 impl Note for () {
     #[inline(always)]
     fn note(&mut self, _: u32, _: &Now) {}
 }
 
-/// Executes instructions as simavr's interpreter does, until the run ends or an instruction comes that it
-/// does not know. Returns whether the run has ended.
+/// Executes instructions as simavr's interpreter does, until the run ends or the next instruction is one that
+/// is left to simavr. Returns whether the run has ended.
 pub(crate) fn run(cpu: Cpu, program: &[Instruction], notes: &mut impl Note) -> bool {
     cpu.with_cells(|data| {
         let ram_start = cpu.ram_start();
@@ -73,19 +74,19 @@ pub(crate) fn run(cpu: Cpu, program: &[Instruction], notes: &mut impl Note) -> b
     })
 }
 
-/// Where the program is.
+/// The state of the core that the interpreter keeps to itself during a run.
 #[derive(Clone, Copy)]
 pub(crate) struct Now {
     /// Word address of the instruction.
     pc: u32,
-    /// Cycles from its begin to `stop`.
+    /// Cycles from the begin of that instruction to `stop`.
     left: i64,
     /// The run ends at the first instruction boundary at or after this cycle.
     stop: u64,
     status: Status,
 }
 
-/// What follows an instruction.
+/// What an instruction took, and what follows it.
 struct Done {
     cycles: i64,
     /// Word address of the next one.
@@ -98,7 +99,7 @@ impl Now {
         Self { pc: pc / 2, left: stop.wrapping_sub(cycle) as i64, stop, status: Status::of_byte(status) }
     }
 
-    /// After an instruction of one word.
+    /// The outcome of an instruction of one word that does not jump.
     fn done(&self, cycles: i64) -> Option<Done> {
         Some(Done { cycles, next: self.pc.wrapping_add(1) })
     }
@@ -122,8 +123,8 @@ impl Now {
         self.stop = stop;
     }
 
-    /// After an access to an I/O register, whose handler may have halted the core, moved the end of the run,
-    /// or ended it. `None`: it was left undone.
+    /// Takes over the end of the run after an access to an I/O register: its handler may have halted the
+    /// core, moved that end, or ended the run. `None`: the access was left undone.
     #[inline(always)]
     fn follow(&mut self, cpu: Cpu, access: Access) -> Option<()> {
         match access {
@@ -143,11 +144,11 @@ impl Now {
 /// A core between two calls into simavr.
 struct Core<'a> {
     cpu: Cpu,
-    /// The data space as far as the core's own registers, of which SREG is the last.
+    /// The data space up to SREG, the last of the core's own registers.
     registers: &'a [Cell<u8>; SREG as usize + 1],
     /// The whole data space.
     data: &'a [Cell<u8>],
-    /// Its last part, SRAM, which begins at `ram_start`.
+    /// The last part of the data space, SRAM, which begins at `ram_start`.
     ram: &'a [Cell<u8>],
     ram_start: u16,
     /// Bytes of a return address.
@@ -171,10 +172,10 @@ impl Core<'_> {
         false
     }
 
-    /// Executes an instruction. `None`: it was left undone, for simavr to do.
+    /// Executes an instruction. `None`: it was left undone, for simavr to execute.
     ///
-    /// What is frequent is told apart by a few decisions, which the host predicts better than the target of
-    /// one jump to all.
+    /// A few branches tell the frequent groups apart: the host predicts these better than the target of a
+    /// single jump through a table of all instructions.
     #[inline(always)]
     fn execute(&self, now: &mut Now, instruction: Instruction) -> Option<Done> {
         let number = instruction.number();
@@ -516,7 +517,7 @@ impl Core<'_> {
 
     // --- Memory ---------------------------------------------------------------------------------
 
-    /// A place in SRAM.
+    /// The byte of SRAM at `address`; `None` outside of SRAM.
     fn ram(&self, address: u16) -> Option<&Cell<u8>> {
         self.ram.get(usize::from(address.wrapping_sub(self.ram_start)))
     }
@@ -534,7 +535,7 @@ impl Core<'_> {
     fn store(&self, now: &mut Now, address: u16, value: u8) -> Option<()> {
         match self.ram(address) {
             Some(place) => place.set(value),
-            // A register: where `st X` has written X itself, simavr writes it anew as it was.
+            // A general register: where `st X` has written X itself, simavr writes the old X back.
             None if address < IO_START => return None,
             None => self.store_io(now, address, value)?,
         }
@@ -558,8 +559,8 @@ impl Core<'_> {
         Some(())
     }
 
-    /// Apart from the rest, and handed a copy, so that what is needed for each instruction stays in the
-    /// host's registers.
+    /// Not inlined, and handed a copy of `now`, so that the data of each instruction stay in the host's
+    /// registers.
     #[inline(never)]
     fn read_io(&self, now: Now, address: u16) -> (Access, u8) {
         let Some(register) = self.data.get(usize::from(address)) else { return (Access::Special, 0) };
@@ -576,7 +577,7 @@ impl Core<'_> {
         (access, value)
     }
 
-    /// Likewise.
+    /// Not inlined, for the same reason as `read_io`.
     #[inline(never)]
     fn write_io(&self, now: Now, address: u16, value: u8) -> Access {
         let Some(register) = self.data.get(usize::from(address)) else { return Access::Special };
@@ -592,7 +593,7 @@ impl Core<'_> {
         access
     }
 
-    /// Where a pointer that steps leads, and where it stands then.
+    /// The address that a stepping pointer accesses, and the pointer's value afterwards.
     fn step(&self, pointer: u8, step: Step) -> (u16, u16) {
         let value = self.pair(pointer);
         match step {

@@ -1,5 +1,5 @@
-//! Which pins and registers of the MCUs the motors of a module's joints are wired to, as
-//! `board/src/superbot.rs` has it.
+//! The pins and registers of the MCUs to which the motors of a module's joints are wired, as in
+//! `board/src/superbot.rs`.
 
 use tasks::motor::Axis;
 
@@ -11,11 +11,11 @@ pub const TCCR1B: u16 = 0x4e;
 pub const ICR1: u16 = 0x46;
 pub const PORTC: u16 = 0x35;
 
-/// Where a joint's bridge is wired to, and which inputs measure it.
+/// The wiring of a joint's bridge, and the inputs that measure the joint.
 pub struct JointWiring {
     pub controller: Controller,
     pub axis: Axis,
-    /// Data addresses of the compare register, and the bit of TCCR1A that gives its pin to the timer.
+    /// Data address of the compare register, and the bit of TCCR1A that connects its pin to the timer.
     pub compare: u16,
     pub connected: u8,
     /// The bit of PORTC that gives the direction.

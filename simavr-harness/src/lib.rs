@@ -1,18 +1,18 @@
 //! Modules of a SuperBot in simavr: both MCUs of each run their real images, cycle by cycle.
 //!
 //! From the inside out:
-//! - [`Mcu`]: one ATmega128 with an [`Image`], by itself. Programs tell the harness things by
-//!   [`Marker`]s. What simavr does otherwise than the datasheet is put right in `repair`. An image may
+//! - [`Mcu`]: one ATmega128 with an [`Image`], by itself. Programs report to the harness through
+//!   [`Marker`]s. `repair` corrects simavr where it differs from the datasheet. An image may
 //!   record its [`Coverage`].
 //! - [`Bus`] and [`lockstep`]: MCUs that share a two-wire bus.
 //! - [`Module`]: a master and a slave on a bus, the docks that their USARTs serve, and the [`Body`] that they
 //!   move.
 //! - [`Robot`]: modules, and which dock is attached to which.
 //! - `physics`: the [world] that a robot may be in.
-//! - [`Engine`]: a robot running, on as many threads as there are.
+//! - [`Engine`]: runs a robot on a given number of threads.
 //! - [`mod@bench`]: the kernel's figures, measured on single MCUs, and those of a module.
 //!
-//! All time is in cycles of the 16 MHz clock since power-up. What comes out depends on the images,
+//! All times are in cycles of the 16 MHz clock since power-up. The outcome depends on the images,
 //! the wiring and the seed, and on nothing else.
 
 mod behaviour;
@@ -72,7 +72,7 @@ pub use repair::usart::UsartCounts;
 pub use robot::{Event, Robot, RobotBuilder, RobotError};
 pub use serial_pins::{SerialPinCounts, SerialPins};
 pub use simulation::{Body, CLOCK_HZ, Face, Terrain, Wiring, WiringError};
-/// Here an `Mcu` is one that runs.
+/// Renamed, because `Mcu` in this crate is a simulated microcontroller.
 pub use tasks::router::Mcu as Controller;
 pub use terrain::ground;
 pub use trace::{BusSignal, Line, bus_lines, motor_lines, serial_line};

@@ -1,19 +1,19 @@
-//! One direction of the link between two docks: which of the bytes sent arrive.
+//! One direction of the link between two docks: decides which of the bytes sent arrive.
 
 use std::collections::BTreeSet;
 
 use simulation::Random;
 
-/// What goes wrong on the way. By default nothing does.
+/// The faults of a link. By default there are none.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
     /// Probability that a byte is lost.
     pub byte_loss: f64,
-    /// Probability that a bit of a byte is wrong when it arrives.
+    /// Probability that a byte arrives with one wrong bit.
     pub byte_noise: f64,
-    /// Probability that a frame is lost: the bytes up to a 0, and that 0.
+    /// Probability that a frame is lost whole: the bytes up to a 0, and that 0.
     pub frame_loss: f64,
-    /// The frames, counted from 0, that are lost whatever the chance.
+    /// The frames, counted from 0, that are lost in any case.
     pub lost_frames: BTreeSet<u64>,
 }
 
@@ -22,9 +22,9 @@ pub struct Faults {
 pub struct LinkCounts {
     pub bytes: u64,
     pub lost_bytes: u64,
-    /// Frames begun; a 0 without bytes before it is none.
+    /// Frames begun. A 0 without bytes before it begins no frame.
     pub frames: u64,
-    /// Of these, the ones lost whole.
+    /// The frames lost whole.
     pub lost_frames: u64,
 }
 
@@ -56,7 +56,7 @@ impl Channel {
         self.counts
     }
 
-    /// What arrives of this byte.
+    /// The byte that arrives when `byte` is sent; `None` if it is lost.
     pub fn carry(&mut self, byte: u8) -> Option<u8> {
         if self.frame == Frame::Between && byte != DELIMITER {
             self.frame = self.begin_frame();
@@ -89,7 +89,7 @@ impl Channel {
 mod tests {
     use super::*;
 
-    /// What arrives of frames 1 1 0, 2 2 0, 3 3 0, ...
+    /// The bytes that arrive of frames 1 1 0, 2 2 0, 3 3 0, ...
     fn arrivals(faults: Faults, frames: u8) -> (Vec<u8>, LinkCounts) {
         let mut channel = Channel::new(faults, Random::new(5));
         let sent = (1..=frames).flat_map(|number| [number, number, 0]);

@@ -1,9 +1,9 @@
-//! Runs the MCUs that share a bus as if they ran at once.
+//! Runs the MCUs that share a bus as if they ran simultaneously.
 //!
-//! One after the other they run ahead, none further than an action of another could reach it: the
-//! cycle at which the bus acts next, or the other's next possible action and the bus's lookahead. An
-//! MCU that touches its bus interface stops at once, so that the bus knows. The outcome is the same
-//! for whatever order and length of turns.
+//! The MCUs take turns and run ahead of each other. None runs past the cycle at which another one's action
+//! could reach it: the cycle at which the bus acts next, or the other's next possible action plus the bus's
+//! lookahead. An MCU that touches its bus interface stops at once, so that the bus can react. The outcome
+//! does not depend on the order and length of the turns.
 
 use crate::bus::Bus;
 use crate::mcu::Mcu;

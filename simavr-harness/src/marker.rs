@@ -1,4 +1,4 @@
-//! Markers: what a program tells the harness by writing to a register that does nothing, one `out`.
+//! Markers: bytes that a program reports to the harness by an `out` to a register without any effect.
 
 use crate::cpu::Cpu;
 use crate::device::{Attached, Device};
@@ -7,12 +7,12 @@ use crate::device::{Attached, Device};
 /// 0x1e).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Marker {
-    /// Cycle at which the `out` began; it takes one.
+    /// Cycle at which the `out` began, which takes one cycle.
     pub cycle: u64,
     pub value: u8,
 }
 
-/// The register: it keeps what is written to it.
+/// The register for markers. It keeps the value that is written to it.
 #[derive(Default)]
 pub(crate) struct Markers {
     pub log: Vec<Marker>,

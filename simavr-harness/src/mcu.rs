@@ -50,11 +50,11 @@ pub struct Mcu {
     wires: Option<Attached<Wires>>,
     twi: Attached<Twi>,
     eeprom: Attached<Eeprom>,
-    /// Where it is not simavr's own.
+    /// `None`: simavr's own stays.
     adc: Option<Attached<Adc>>,
-    /// Likewise.
+    /// `None`: simavr's own stays.
     spm: Option<Attached<Spm>>,
-    /// It waits for the EEPROM. Here, to be looked at in each turn.
+    /// "Store Program Memory Ready" waits for the EEPROM. Kept here because each turn reads it.
     spm_waits: bool,
     timer3: Option<Attached<Timer3>>,
     // Held for simavr, which calls into them.
@@ -65,22 +65,22 @@ pub struct Mcu {
     probes: Vec<Attached<Probe>>,
     random: Random,
     awake_cycles: u64,
-    /// The core slept when it was last looked at: the next interrupt wakes it.
+    /// The core was asleep at the end of its last run: the next interrupt wakes it.
     asleep: bool,
     /// Whether the last instruction enabled interrupts.
     enabled_just_now: bool,
     ended: Option<State>,
     resets: u64,
-    /// How long a reset lasts, in cycles, and when the last one is over.
+    /// How long a reset lasts, in cycles, and the cycle at which the last one is over.
     start_up: u64,
     starts_at: u64,
     /// The address at which the program hangs.
     hangs_at: Option<u32>,
     tracer: Option<Box<Tracer>>,
     debugger: Option<Box<dyn Debugger>>,
-    /// Where masked windows are recorded.
+    /// The masked windows, if they are recorded.
     pub(crate) windows: Option<Windows>,
-    /// Where jobs of tasks are.
+    /// The jobs of tasks that are recorded.
     pub(crate) jobs: Vec<Jobs>,
 }
 
@@ -89,11 +89,11 @@ pub struct Mcu {
 pub enum State {
     Running,
     Sleeping,
-    /// The program went to sleep with interrupts off: how test programs end.
+    /// The program went to sleep with interrupts off; test programs end this way.
     Done,
     /// It has no power.
     Off,
-    /// The program did what no program should, in simavr's words.
+    /// The program did something invalid; simavr's message.
     Crashed(String),
 }
 
@@ -101,8 +101,8 @@ pub enum State {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Accepted {
     pub vector: u8,
-    /// What that took: 4 cycles, or 8 if it ended a sleep; 5 or 10 on a part with a program counter of 3
-    /// bytes.
+    /// The interrupt response: 4 cycles, or 8 if the interrupt ended a sleep; 5 or 10 on a part with a
+    /// program counter of 3 bytes.
     pub response_cycles: u64,
 }
 
@@ -115,7 +115,7 @@ pub enum McuError {
     TooLarge { image: usize, part: &'static str, flash: usize },
 }
 
-/// A symbol is not there, or not in the data space.
+/// A symbol does not exist, or is not in the data space.
 #[derive(Debug, Error)]
 #[error("the image has no symbol \"{0}\" in the data space")]
 pub struct NoSuchData(String);
@@ -207,7 +207,7 @@ impl Mcu {
         }
     }
 
-    /// Whether the program goes on: it is neither done nor crashed, nor without power.
+    /// Whether the program still runs or sleeps: it is neither done nor crashed nor without power.
     pub fn is_alive(&self) -> bool {
         self.ended.is_none()
     }
@@ -225,7 +225,7 @@ impl Mcu {
         self.cpu.cycle()
     }
 
-    /// Of these, the cycles in which the core did not sleep.
+    /// The cycles since power-up in which the core did not sleep.
     pub fn awake_cycles(&self) -> u64 {
         self.awake_cycles
     }
@@ -240,7 +240,7 @@ impl Mcu {
         self.cpu.has(news)
     }
 
-    /// Whether an event was pending, which it is no longer.
+    /// Clears the pending flag of an event. Returns whether it was set.
     pub(crate) fn take(&mut self, news: News) -> bool {
         self.cpu.take(news)
     }
@@ -259,8 +259,8 @@ impl Mcu {
         self.cpu.interrupts_enabled()
     }
 
-    /// The byte at `address` of the data space; `None` beyond its end. Looking changes nothing, not
-    /// even in a register that a read by the program would change.
+    /// The byte at `address` of the data space; `None` beyond its end. This has no side effects, not even
+    /// on a register that a read by the program would change.
     pub fn read(&self, address: u16) -> Option<u8> {
         if address == SREG {
             return Some(self.cpu.status_register());
@@ -281,8 +281,8 @@ impl Mcu {
         });
     }
 
-    /// Sets SREG of the core, which has its bits apart. Where that enables interrupts, one that waits is
-    /// accepted behind the next instruction, as on the chip.
+    /// Sets SREG of the core, which keeps the bits separately. If this enables interrupts, a pending one is
+    /// accepted after the next instruction, as on the chip.
     fn set_status(&mut self, status: u8) {
         let were_enabled = self.interrupts_enabled();
         self.cpu.set_core_state(CoreState { status, ..self.cpu.core_state() });
@@ -306,18 +306,18 @@ impl Mcu {
             .ok_or_else(|| NoSuchData(name.to_owned()))
     }
 
-    /// The EEPROM, as written so far; new, it is erased.
+    /// The contents of the EEPROM. A new one is erased.
     pub fn eeprom(&self) -> &[u8] {
         self.eeprom.get().contents()
     }
 
-    /// Writes the EEPROM as a programmer does; what goes beyond its end is dropped.
+    /// Writes the EEPROM as a programmer does. Bytes beyond its end are dropped.
     pub fn program_eeprom(&mut self, address: u16, bytes: &[u8]) {
         let cpu = self.cpu;
         self.eeprom.with(cpu, |eeprom| eeprom.program(address, bytes));
     }
 
-    /// A hash of all that decides what the program does next: data space, SREG, program counter
+    /// A hash of the state that decides what the program does next: data space, SREG, program counter
     /// and clock (FNV-1a, 64 bits).
     pub fn state_hash(&self) -> u64 {
         let cpu = self.cpu;
@@ -339,8 +339,8 @@ impl Mcu {
 
     // --- Trace ----------------------------------------------------------------------------------
 
-    /// Takes note from now on of who has the CPU, what tasks wait for, and interrupts. To be called before
-    /// the program runs. It changes nothing of what happens.
+    /// Records from now on which task has the CPU, what tasks wait for, and interrupts. Call it before the
+    /// program runs. It does not change the run.
     ///
     /// # Errors
     /// The program has no kernel of ours.
@@ -349,7 +349,7 @@ impl Mcu {
         Ok(())
     }
 
-    /// What was noted; `None` if nothing was to be.
+    /// Ends the trace and returns it; `None` if there was none.
     pub fn take_trace(&mut self) -> Option<Trace> {
         let cycle = self.cycle();
         self.tracer.take().map(|tracer| tracer.finish(cycle))
@@ -357,12 +357,12 @@ impl Mcu {
 
     // --- The outside ----------------------------------------------------------------------------
 
-    /// Sets the level that the outside gives to a pin. It stays through resets.
+    /// Drives a pin from outside to `level`. The level stays through resets.
     pub fn drive_pin(&mut self, pin: Pin, level: bool) {
         self.act_from_outside(|mcu| mcu.cpu.drive_pin(pin.port, pin.bit, level));
     }
 
-    /// The level of a pin as it could be measured: an output's, or that of the input.
+    /// The level of a pin as it could be measured: that of the output latch, or of the input.
     pub fn pin(&self, pin: Pin) -> bool {
         self.cpu.pins(pin.port) & 1 << pin.bit != 0
     }
@@ -376,7 +376,8 @@ impl Mcu {
         }
     }
 
-    /// From now on a write to the EEPROM does this to "Store Program Memory Ready", as it may on the chip.
+    /// From now on a write to the EEPROM affects "Store Program Memory Ready" in this way, as it may on the
+    /// chip.
     pub fn disturb_spm(&mut self, how: WhileWriting) {
         let cpu = self.cpu;
         self.spm_waits = how == WhileWriting::Waits;
@@ -385,7 +386,7 @@ impl Mcu {
         }
     }
 
-    /// Makes registers plain memory: nothing but who reads them follows what the program writes there.
+    /// Makes registers plain memory: what the program writes there has no effect in simavr.
     pub(crate) fn make_plain(&mut self, registers: &[u16]) {
         make_plain(self.cpu, registers);
     }
@@ -401,12 +402,12 @@ impl Mcu {
         self.probes.get_mut(number).map(|probe| probe.with(cpu, Probe::take)).unwrap_or_default()
     }
 
-    /// When the program began, or will once the last reset is over, in cycles since power-up.
+    /// The cycle since power-up at which the program began, or will begin once the last reset is over.
     pub(crate) fn starts_at(&self) -> u64 {
         self.starts_at
     }
 
-    /// Raises an interrupt by its vector number, as its source would; `false` if there is no such.
+    /// Raises an interrupt by its vector number, as its source would; `false` if there is no such vector.
     pub fn raise_interrupt(&mut self, vector: u8) -> bool {
         let vector = self.cpu.vector(vector);
         if let Some(vector) = vector {
@@ -415,19 +416,19 @@ impl Mcu {
         vector.is_some()
     }
 
-    /// Lets an MCU that has not run yet begin at `cycle`: its power comes then.
+    /// Sets the cycle at which an MCU that has not run yet gets its power.
     pub(crate) fn power_up_at(&mut self, cycle: u64) {
         self.cpu.set_cycle(cycle);
     }
 
-    /// Cuts the power: no pin drives anything. A power-on reset brings it back.
+    /// Cuts the power: no pin drives anything any more. A power-on reset restores the power.
     pub(crate) fn power_down(&mut self) {
         self.ended = Some(State::Off);
         let io = usize::from(IO_START)..usize::from(self.cpu.ram_start());
         self.cpu.with_data_mut(|data| data[io].fill(0));
     }
 
-    /// Starts the program over. What was crashed or done runs again.
+    /// Resets the MCU and starts the program over, even one that has crashed or is done.
     pub fn reset(&mut self, cause: Reset) {
         let now = self.cycle();
         self.cpu.note_reset(cause);
@@ -444,16 +445,16 @@ impl Mcu {
         self.complete_reset(now);
     }
 
-    /// Has every reset from now on last for `cycles`, in which the MCU does nothing: by its fuses it waits
+    /// Makes every reset from now on last for `cycles`, in which the MCU does nothing: by its fuses it waits
     /// for the supply and the crystal to settle (chapter "System Clock and Clock Options"). Unless this is
-    /// called, resets take no time; the MCUs of a robot take theirs.
+    /// called, resets take no time; for the MCUs of a robot it is called.
     pub fn set_start_up(&mut self, cycles: u64) {
         self.start_up = cycles;
     }
 
-    /// Has the program hang where it is, as if the next instruction jumped to itself, until the next reset.
-    /// Interrupts are served. Returns `false`, and changes nothing, while the MCU sleeps or its interrupts
-    /// are masked.
+    /// Makes the program hang where it is, as if the next instruction jumped to itself, until the next reset.
+    /// Interrupts are still served. Returns `false`, and changes nothing, while the MCU sleeps, has
+    /// interrupts masked or has just enabled them.
     pub fn hang(&mut self) -> bool {
         let can_hang =
             self.cpu.core() == Core::Running && self.interrupts_enabled() && !self.enabled_just_now;
@@ -463,8 +464,8 @@ impl Mcu {
         can_hang
     }
 
-    /// What a reset means to the harness: simavr has set its clock back, dropped all timers and
-    /// forgotten what the outside drives.
+    /// Completes a reset, in which simavr has set its clock back, dropped all timers and forgotten which pins
+    /// the outside drives.
     fn complete_reset(&mut self, now: u64) {
         let cpu = self.cpu;
         cpu.set_cycle(now);
@@ -499,32 +500,32 @@ impl Mcu {
     }
 
     // --- Serial ports ---------------------------------------------------------------------------
-    // They are numbered: the USARTs first, then those made of pins.
+    // The USARTs have the first numbers, the ports made of pins follow.
 
-    /// Makes a serial port of two pins, which a program drives by software. It is numbered after those that
-    /// there are.
+    /// Makes a serial port of two pins, which a program drives by software. It gets the next free number.
     pub fn add_serial_pins(&mut self, pins: SerialPins) {
         self.serial_pins.push(serial_pins::attach(self.cpu, pins));
     }
 
-    /// What USART `number` has done; `None` if the part has no such.
+    /// The counts of USART `number`; `None` if the part has no such USART.
     pub fn usart_counts(&self, number: usize) -> Option<UsartCounts> {
         Some(self.usarts.get(number)?.get().counts())
     }
 
-    /// What the serial port in software has done that was added as number `number`, counted from 0.
+    /// The counts of a serial port in software; `number` counts these alone, from 0, in the order in which
+    /// they were added.
     pub fn serial_pin_counts(&self, number: usize) -> Option<SerialPinCounts> {
         Some(self.serial_pins.get(number)?.get().counts())
     }
 
-    /// Cycles of a frame of USART `number` as it is set up; `None` while its transmitter is off.
+    /// Cycles of a frame as USART `number` is set up; `None` while its transmitter is off.
     pub fn usart_frame_cycles(&self, number: usize) -> Option<u64> {
         let usart = self.part.usarts.get(number)?;
         usart.transmitter_is_on(self.cpu).then(|| usart.frame_cycles(self.cpu))
     }
 
-    /// Takes the characters that serial port `number` has sent since the last call: a USART's once they have
-    /// begun, those of pins once they have ended.
+    /// Takes the characters that serial port `number` has sent since the last call. A USART's character
+    /// counts as sent once it has begun, one at pins once it has ended.
     pub fn take_sent(&mut self, number: usize) -> Vec<Character> {
         let cpu = self.cpu;
         let sent = match number.checked_sub(self.usarts.len()) {
@@ -545,8 +546,8 @@ impl Mcu {
         sent
     }
 
-    /// Lets a character come in at serial port `number`: received by a USART at the end of its frame, edge by
-    /// edge at pins.
+    /// Delivers a character to serial port `number`. A USART receives it at the end of its frame, pins edge
+    /// by edge.
     pub fn receive(&mut self, number: usize, character: Character) {
         if let Some(tracer) = &mut self.tracer {
             tracer.receives(number, character);
@@ -571,7 +572,7 @@ impl Mcu {
         look(self.twi.get(), self.cpu)
     }
 
-    /// Takes the pulses that the program has given on SCL by its pin.
+    /// Takes the number of pulses that the program has given on SCL by its pin.
     pub(crate) fn take_clock_pulses(&mut self) -> u32 {
         let cpu = self.cpu;
         self.wires.as_mut().map_or(0, |wires| wires.with(cpu, Wires::take_pulses))

@@ -30,10 +30,10 @@ pub struct Images {
 }
 
 impl Images {
-    /// Whether the images have a link at this dock.
+    /// Checks that the images have a link at this dock.
     ///
     /// # Errors
-    /// What to do if not.
+    /// They have none; the message says what to do.
     pub fn expect_link(&self, dock: Dock) -> Result<(), NoLink> {
         let (controller, number) = port(dock);
         let image = if controller == Controller::Master { &self.master } else { &self.slave };
@@ -73,11 +73,11 @@ const PINS: usize = 2;
 const SERIAL_PINS: SerialPins =
     SerialPins { receive: Pin { port: 'E', bit: 7 }, transmit: Pin { port: 'E', bit: 5 } };
 
-/// The pin of each MCU that is high while the joints' control computes, as the board description has it.
+/// The pin of each MCU that is high while its control of the joints computes, as in the board description.
 pub const CONTROL_PROBE: Pin = Pin { port: 'B', bit: 4 };
 
 impl Module {
-    /// A module at power-up; what its memories hold is drawn from `seed`.
+    /// A module at power-up. The contents of its memories are drawn from `seed`.
     ///
     /// # Errors
     /// An image does not fit its MCU.
@@ -113,7 +113,7 @@ impl Module {
         &mut self.mcus[controller as usize]
     }
 
-    /// Lets a module that has not run yet begin at `cycle`: its power comes then.
+    /// Sets the cycle at which a module that has not run yet gets its power.
     pub(crate) fn power_up_at(&mut self, cycle: u64) {
         self.powered_up_at = cycle;
         self.body_due = cycle + body_pins::STEP;
@@ -122,7 +122,7 @@ impl Module {
         }
     }
 
-    /// The cycle at which the module's power came.
+    /// The cycle at which the module gets its power.
     pub fn powered_up_at(&self) -> u64 {
         self.powered_up_at
     }
@@ -139,38 +139,38 @@ impl Module {
         self.is_on
     }
 
-    /// The cycle that the MCU ahead has come to.
+    /// The cycle that the MCU that is ahead has come to.
     pub(crate) fn cycle(&self) -> u64 {
         self.mcus.iter().map(Mcu::cycle).max().unwrap_or(0)
     }
 
-    /// What the bus between the MCUs has carried.
+    /// The counts of the bus between the MCUs.
     pub fn bus_counts(&self) -> BusCounts {
         self.bus.counts()
     }
 
-    /// Has something hold SDA of the bus low until it has seen so many pulses on SCL.
+    /// Holds SDA of the bus low until there were `clocks` pulses on SCL.
     pub fn hold_data_wire(&mut self, clocks: NonZeroU32) {
         self.bus.hold_data(&mut self.mcus, clocks);
     }
 
-    /// Takes note from now on of what is on the wires of the bus.
+    /// Records the signals on the wires of the bus from now on.
     pub fn trace_bus(&mut self) {
         self.bus.trace();
     }
 
-    /// What was noted, in order.
+    /// Ends the recording and returns the signals, in order.
     pub fn take_bus_signals(&mut self) -> Vec<Slice<BusSignal>> {
         self.bus.take_signals()
     }
 
-    /// Sets the longest turn that one MCU runs before the other, in cycles. It changes the speed
-    /// only; by default there is no bound beyond what the bus sets.
+    /// Sets the longest turn of one MCU, in cycles. It changes the speed only. By default only the bus bounds
+    /// a turn.
     pub fn set_quantum(&mut self, cycles: u64) {
         self.quantum = cycles;
     }
 
-    /// What the MCUs drive and measure.
+    /// The body that the MCUs drive and measure.
     pub fn body(&self) -> &Body {
         &self.body
     }
@@ -179,7 +179,7 @@ impl Module {
         &mut self.body
     }
 
-    /// Shows the MCUs where the body is before either of them has run.
+    /// Shows the MCUs the state of the body, before either of them has run.
     pub(crate) fn show_body(&mut self) {
         self.pins.show(&self.body, &mut self.mcus);
     }
@@ -194,7 +194,7 @@ impl Module {
         body_pins::looking(&self.mcus)
     }
 
-    /// What the link at a dock counts; `None` if the images have none.
+    /// The counts of the link at a dock; `None` if the images have none.
     pub fn link_counters(&self, dock: Dock) -> Option<LinkCounters> {
         let (controller, number) = port(dock);
         counters::link(self.mcu(controller), number)
@@ -215,13 +215,13 @@ impl Module {
         self.mcus.each_mut().map(|mcu| mcu.take(News::Sent)).contains(&true)
     }
 
-    /// Takes what the module has sent through a dock since the last call, in order.
+    /// Takes the characters that the module has sent through a dock since the last call, in order.
     pub(crate) fn take_sent(&mut self, dock: Dock) -> Vec<Character> {
         let (controller, number) = port(dock);
         self.mcu_mut(controller).take_sent(number)
     }
 
-    /// Lets a character come in through a dock.
+    /// Delivers a character through a dock.
     pub(crate) fn receive(&mut self, dock: Dock, character: Character) {
         let (controller, number) = port(dock);
         self.mcu_mut(controller).receive(number, character);
@@ -240,7 +240,7 @@ impl Module {
     }
 }
 
-/// The serial port that serves a dock: the MCU, and the port's number on it, which is the dock's place there.
+/// The serial port that serves a dock: the MCU, and the port's number there, which is the dock's place on it.
 fn port(dock: Dock) -> (Controller, usize) {
     let place = |half: Half| half.docks().into_iter().position(|here| here == dock);
     match place(MASTER) {

@@ -1,4 +1,4 @@
-//! Where the parts that the harness knows have their registers: data addresses and vector numbers,
+//! The register maps of the parts that the harness knows: data addresses and vector numbers,
 //! from the datasheets' register summaries.
 
 use thiserror::Error;
@@ -6,16 +6,16 @@ use thiserror::Error;
 /// One microcontroller.
 #[derive(Debug)]
 pub struct Part {
-    /// simavr's name, which is avr-gcc's `-mmcu`.
+    /// The part's name in simavr and for avr-gcc's `-mmcu`.
     pub name: &'static str,
     /// The last address of SRAM, where the first stack begins.
     pub ram_end: u16,
     /// Bytes of a return address: 3 on a part with more than 128 KB of flash.
     pub return_address: u16,
-    /// A register without any effect: writes to it are markers. The on-chip debug register OCDR, or the
-    /// general purpose register GPIOR0 on parts that have one.
+    /// A register without any effect, to which a program writes markers. The on-chip debug register OCDR, or
+    /// the general purpose register GPIOR0 on parts that have one.
     pub(crate) marker: u16,
-    /// PINx of the ports where it can only be read. On later parts a write to it toggles PORTx.
+    /// The read-only PINx registers. On later parts a write to PINx toggles PORTx.
     pub(crate) read_only_pins: &'static [u16],
     /// In the order of their numbers.
     pub(crate) usarts: &'static [UsartRegisters],
@@ -83,14 +83,14 @@ pub(crate) struct AdcRegisters {
     pub complete: u8,
 }
 
-/// Of self-programming, what its interrupt takes.
+/// The registers of self-programming that its interrupt needs.
 #[derive(Debug)]
 pub(crate) struct SpmRegisters {
     pub spmcsr: u16,
     pub ready: u8,
 }
 
-/// Of Timer1, what decides whether ICR1 can be written.
+/// The registers of Timer1 that decide whether ICR1 can be written.
 #[derive(Debug)]
 pub(crate) struct Timer1Registers {
     pub icrl: u16,
@@ -99,7 +99,7 @@ pub(crate) struct Timer1Registers {
     pub tccrb: u16,
 }
 
-/// There is no such part here.
+/// The harness has no register map of a part.
 #[derive(Debug, Error)]
 #[error("the harness has no register map of a part \"{name}\"; it knows: {known}")]
 pub struct UnknownPart {
@@ -226,7 +226,7 @@ impl Part {
         2 + u64::from(self.return_address)
     }
 
-    /// Cycles more when the interrupt ends a sleep: as many again.
+    /// Further cycles when the interrupt ends a sleep: as many again.
     pub(crate) fn wake_up_cycles(&self) -> u64 {
         self.response_cycles()
     }
@@ -235,7 +235,7 @@ impl Part {
 /// GPIOR0 of the parts that came after the ATmega128.
 const GPIOR0: u16 = 0x3e;
 
-/// Their USARTs are laid out alike; the vectors stand in a row.
+/// A USART of the later parts. All are laid out alike, with consecutive vectors.
 const fn later_usart(first: u16, receive_complete: u8) -> UsartRegisters {
     UsartRegisters {
         ucsra: first,
@@ -250,12 +250,13 @@ const fn later_usart(first: u16, receive_complete: u8) -> UsartRegisters {
     }
 }
 
-/// Their two-wire interface has one place.
+/// The two-wire interface of the later parts, which is at the same addresses in all of them.
 const fn later_twi(vector: u8) -> TwiRegisters {
     TwiRegisters { twbr: 0xb8, twsr: 0xb9, twar: 0xba, twdr: 0xbb, twcr: 0xbc, vector }
 }
 
-/// Their EEPROM has one place, and takes 26368 cycles of an 8 MHz oscillator.
+/// The EEPROM of the later parts, which is at the same addresses in all of them. A write takes 26368 cycles
+/// of an 8 MHz oscillator.
 const fn later_eeprom(ready: u8, size: u16) -> EepromRegisters {
     EepromRegisters { eecr: 0x3f, eedr: 0x40, eearl: 0x41, eearh: 0x42, ready, size, write_micros: 26368 / 8 }
 }

@@ -1,4 +1,4 @@
-//! The world that a robot is in, and what passes between the two each millisecond.
+//! The world that a robot is in, and the data that the two exchange each millisecond.
 
 use plants::geometry;
 use simulation::{
@@ -11,21 +11,21 @@ use crate::terrain;
 use crate::tilt::Tilt;
 use crate::variation::{Variation, vary};
 
-/// Steps between two looks at how the robot leans: 10 ms.
+/// Steps between two measurements of how far the robot leans: 10 ms.
 const LOOK: u64 = 10;
 
-/// What the world knows of a robot: volts at motors, and who holds whom.
+/// The world, and the robot as the world has it: the volts at its motors, and which docks hold each other.
 ///
-/// A step takes the volts of the millisecond before, so that it can be computed while the MCUs run through
-/// the same millisecond: what a motor does is seen at its potentiometer a millisecond later than without a
+/// A step uses the volts of the millisecond before, so that it can be computed while the MCUs run through the
+/// same millisecond. A motor's motion therefore shows at its potentiometer a millisecond later than without a
 /// world.
 pub struct Physics {
     world: World,
     /// By module.
     makes: Vec<Make>,
-    /// By module, what is at its motors in the next step.
+    /// By module, the volts at its motors in the next step.
     volts: Vec<[f64; 3]>,
-    /// By module, what its accelerometer reads, after its filter.
+    /// By module, the reading of its accelerometer, after the filter.
     accelerations: Vec<[f64; 3]>,
     roll: f64,
     tilt: Tilt,
@@ -35,10 +35,10 @@ pub struct Physics {
 }
 
 impl Physics {
-    /// A world in which the robot lies as it does at power-up, of modules of these makes.
+    /// A world in which the robot, of modules of these makes, lies as it does at power-up.
     ///
     /// # Errors
-    /// There is none for such a robot, or on this ground.
+    /// There is no world for such a robot, or on this ground.
     pub fn new(wiring: &Wiring, ground: &Ground, makes: &[Make]) -> Result<Self, WorldError> {
         let placings = wiring.placings();
         let placed = |(&Placing { frame, angles }, &make)| Placed { frame, angles, make };
@@ -54,10 +54,10 @@ impl Physics {
         Ok(Physics { world, makes, volts, accelerations, roll: 0.0, tilt, steps: 0, trouble: None })
     }
 
-    /// Likewise as a robot file has the world, with what varies from module to module, by the seed.
+    /// A world as a robot file describes it, with its variations from module to module drawn from `seed`.
     ///
     /// # Errors
-    /// There is none for such a robot, or on this ground.
+    /// There is no world for such a robot, or on this ground.
     pub fn on_terrain(
         wiring: &Wiring,
         terrain: &Terrain,
@@ -69,13 +69,13 @@ impl Physics {
         Physics::new(wiring, &terrain::ground(terrain), &makes)
     }
 
-    /// From the middle of one dock to the middle of the other, in mm.
+    /// The distance between the middles of two docks, in mm.
     pub fn distance(&self, one: Face, other: Face) -> f64 {
         let [one, other] = [one, other].map(|face| self.world.dock(place(face)).translation);
         one.distance(other)
     }
 
-    /// Where a module has its middle, in m.
+    /// The middle of a module, in m.
     pub fn place(&self, module: usize) -> [f64; 3] {
         self.world.place(module).to_array()
     }
@@ -169,7 +169,7 @@ impl Environment for Physics {
     }
 }
 
-/// A dock in the world's words.
+/// A dock as the world names it.
 fn place(Face { module, dock }: Face) -> world::Face {
     world::Face { module, dock: geometry::Dock::ALL[usize::from(dock.index())] }
 }

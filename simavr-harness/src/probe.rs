@@ -1,4 +1,4 @@
-//! A pin under an oscilloscope: when it changed, to the cycle.
+//! Watches a pin as an oscilloscope does, with edges exact to the cycle.
 
 use crate::cpu::Cpu;
 use crate::device::{Attached, Device};
@@ -12,7 +12,7 @@ pub struct Edge {
     pub level: bool,
 }
 
-/// The probe.
+/// A probe at a pin.
 pub(crate) struct Probe {
     edges: Vec<Edge>,
     level: bool,

@@ -1,4 +1,4 @@
-//! Modules, and how they are attached to each other.
+//! A robot: its modules, and the attachments between their docks.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -27,13 +27,13 @@ pub(crate) const LONGEST_WINDOW: u64 = CHARACTER;
 /// Modules and the attachments between their docks.
 pub struct Robot {
     pub(crate) members: Vec<Member>,
-    /// The world that it is in, if in any.
+    /// The world that the robot is in, if any.
     pub(crate) physics: Option<Physics>,
     wiring: Wiring,
     seed: u64,
     /// Channels made so far.
     channels: u64,
-    /// How it lies: turned about its long axis by so many degrees.
+    /// The angle by which the robot is turned about its long axis, in degrees.
     roll: f64,
     /// Messages sent from outside so far.
     commands: u8,
@@ -41,16 +41,16 @@ pub struct Robot {
     pub(crate) now: u64,
 }
 
-/// A module and where its docks lead.
+/// A module, and the links that begin at its docks.
 pub(crate) struct Member {
     pub module: Module,
     /// In the order of [`Dock::ALL`].
     ports: [Option<Port>; 6],
-    /// Likewise, what goes wrong with what leaves there, whatever is attached.
+    /// The faults of what leaves by each dock, whatever is attached, in the order of [`Dock::ALL`].
     faults: [Faults; 6],
-    /// Docks that hear what they send.
+    /// Docks that hear their own characters.
     echoes: DockSet,
-    /// Terminals that were ever put to its docks.
+    /// All terminals that were ever placed at its docks.
     terminals: Vec<Placed>,
     /// Markers of this run, in no particular order.
     pub events: Vec<Event>,
@@ -66,7 +66,7 @@ pub struct Event {
     pub value: u8,
 }
 
-/// What a dock is attached to, and the way there.
+/// The dock at the other end of a link, and the way there.
 struct Port {
     peer: Face,
     channel: Channel,
@@ -96,7 +96,7 @@ pub struct RobotBuilder {
     variations: Vec<Variation>,
 }
 
-/// Why a robot cannot be built so.
+/// Why a robot cannot be built.
 #[derive(Debug, Error)]
 pub enum RobotError {
     #[error(transparent)]
@@ -138,7 +138,7 @@ impl RobotBuilder {
         Self { attachments, ..Self::new(images, modules) }
     }
 
-    /// Has a module run other programs than the rest.
+    /// Gives one module other programs than the rest.
     #[must_use]
     pub fn program(mut self, module: usize, images: Images) -> Self {
         self.others.insert(module, images);
@@ -152,35 +152,36 @@ impl RobotBuilder {
         self
     }
 
-    /// Sets the seed of all chance in the robot's run: memories at power-up and losses on links.
+    /// Sets the seed of all chance in the robot's run, such as memories at power-up and losses on links.
     #[must_use]
     pub fn seed(mut self, seed: u64) -> Self {
         self.seed = seed;
         self
     }
 
-    /// Lets the modules' power come at different times, by chance in the first so many cycles.
+    /// Powers the modules up at different times, drawn from the first `cycles` cycles.
     #[must_use]
     pub fn power_up_within(mut self, cycles: u64) -> Self {
         self.power_up_within = cycles;
         self
     }
 
-    /// Puts the robot into a physical world. Without one joints turn by themselves, and nothing has weight.
+    /// Puts the robot into a physical world. Without a world, each joint turns on its own, and nothing has
+    /// weight.
     #[must_use]
     pub fn on(mut self, ground: Ground) -> Self {
         self.ground = Some(ground);
         self
     }
 
-    /// Puts the robot into a physical world as a robot file has it, with the loads that it bears there.
+    /// Puts the robot into a physical world as a robot file describes it, with the loads of the modules.
     #[must_use]
     pub fn on_terrain(mut self, terrain: &Terrain) -> Self {
         self.makes = terrain::makes(terrain, self.modules);
         self.on(terrain::ground(terrain))
     }
 
-    /// Has what is assumed of modules vary in the world, by the seed.
+    /// Varies what the world assumes of modules, drawn from the seed.
     #[must_use]
     pub fn varied(mut self, variations: &[Variation]) -> Self {
         self.variations = variations.into();
@@ -190,7 +191,8 @@ impl RobotBuilder {
     /// Builds the robot, all MCUs at power-up.
     ///
     /// # Errors
-    /// An attachment names a module that is not there, or a dock twice; an image does not fit.
+    /// An attachment names a module that does not exist, or a dock twice; an image does not fit; or there is
+    /// no world for such a robot, or on this ground.
     pub fn build(self) -> Result<Robot, RobotError> {
         let Self {
             images,
@@ -242,53 +244,54 @@ impl Robot {
         self.members.get_mut(index).map(|member| &mut member.module)
     }
 
-    /// What is attached to what, which a module's own view has to equal.
+    /// The robot's wiring, which each module's own view has to equal.
     pub fn wiring(&self) -> &Wiring {
         &self.wiring
     }
 
-    /// What a dock is attached to.
+    /// The dock to which a dock is attached; `None` if there is none.
     pub fn neighbour(&self, face: Face) -> Option<Face> {
         self.wiring.peer(face)
     }
 
-    /// How it has moved; `None` where there is no world.
+    /// The robot's motion so far; `None` without a world.
     pub fn motion(&self) -> Option<Motion> {
         self.physics.as_ref().map(Physics::motion)
     }
 
-    /// Where a module has its middle, in m, where there is a world.
+    /// The middle of a module, in m; `None` without a world.
     pub fn place(&self, module: usize) -> Option<[f64; 3]> {
         Some(self.physics.as_ref()?.place(module))
     }
 
-    /// Where a module is and how it bends, where there is a world.
+    /// The position of a module and the angles of its joints; `None` without a world.
     pub fn placing(&self, module: usize) -> Option<Placing> {
         Some(self.physics.as_ref()?.placing(module))
     }
 
-    /// The most that a module with two legs leaned so far, in degrees, where there is a world.
+    /// The most that a module with two legs leaned so far, in degrees; `None` without a world.
     pub fn tilt(&self) -> Option<f64> {
         self.physics.as_ref().map(Physics::tilt)
     }
 
-    /// What the hungriest module has taken out of its battery since power-up, of a full charge.
+    /// The charge that the module with the highest consumption has taken from its battery since power-up, as
+    /// a fraction of a full charge.
     pub fn charge_used(&self) -> f64 {
         let used = self.members.iter().map(|member| member.module.body().battery.used());
         used.fold(0.0, f64::max)
     }
 
-    /// From the middle of one dock to the middle of the other in mm, where there is a world.
+    /// The distance between the middles of two docks in mm; `None` without a world.
     pub fn distance(&self, one: Face, other: Face) -> Option<f64> {
         Some(self.physics.as_ref()?.distance(one, other))
     }
 
-    /// Why its world can't go on.
+    /// Why the robot's world can't go on; `None` while it can.
     pub fn trouble(&self) -> Option<&Trouble> {
         self.physics.as_ref()?.trouble()
     }
 
-    /// From now on a world moves the joints.
+    /// Puts the robot into a world, which moves the joints from now on.
     fn enter(&mut self, mut physics: Physics) {
         for (number, member) in self.members.iter_mut().enumerate() {
             physics.enter(number, member.module.body_mut());
@@ -300,16 +303,16 @@ impl Robot {
     /// Attaches two docks to each other.
     ///
     /// # Errors
-    /// A module is not there, or a dock not free.
+    /// A module does not exist, or a dock is not free.
     pub fn attach(&mut self, one: Face, other: Face) -> Result<(), WiringError> {
         self.change(&Change::Attach(one, other))
     }
 
-    /// Lets something happen to the robot now. Characters that have left a dock already still arrive. Docks
-    /// that are attached are latched, and those that come off are released.
+    /// Applies a change to the robot now. Characters that have left a dock already still arrive. Docks
+    /// that are attached by it are latched, and docks that are detached are released.
     ///
     /// # Errors
-    /// It can't happen to a robot that is wired so.
+    /// The change is not possible in the present wiring.
     pub fn change(&mut self, change: &Change) -> Result<(), WiringError> {
         let before = self.wiring.clone();
         change.apply(&mut self.wiring)?;
@@ -360,7 +363,7 @@ impl Robot {
         Ok(())
     }
 
-    /// Has all modules feel how they lie now, where no world shows them.
+    /// Without a world, shows all modules the accelerations that follow from how they lie now.
     pub(crate) fn feel(&mut self) {
         if self.physics.is_some() {
             return;
@@ -375,7 +378,7 @@ impl Robot {
     fn join(&mut self, one: Face, other: Face) {
         let delay = lateness(one.dock, other.dock);
         for (from, peer) in [(one, other), (other, one)] {
-            // Apart from the numbers of the modules.
+            // Counted down from the end, so that no channel draws from the sequence of a module's number.
             let random = Random::of_part(self.seed, u64::MAX - self.channels);
             self.channels += 1;
             let faults = self.members[from.module].faults[index(from.dock)].clone();
@@ -399,12 +402,13 @@ impl Robot {
         }
     }
 
-    /// Lets a message to HORMONE come in at a dock, as from a neighbour.
+    /// Sends a message to HORMONE in at a dock, as a neighbour would.
     fn command(&mut self, at: Face, payload: &[u8]) {
         self.commands = self.commands.wrapping_add(1);
         let module = &mut self.members[at.module].module;
         let bytes = simulation::command(at.dock, self.commands, payload);
-        // A module without power yet is ahead, at the time when that comes: nothing is kept for it till then.
+        // A module that has no power yet is ahead, at the cycle of its power-up. What would begin before that
+        // is lost.
         let powered_up_at = module.powered_up_at();
         let now = if powered_up_at > self.now { self.now } else { module.cycle() };
         let starts = simulation::SENDS.map(|later| now + later);
@@ -413,7 +417,7 @@ impl Robot {
         }
     }
 
-    /// What consoles have told, in the order in which they were asked.
+    /// The texts that consoles have sent, in the order in which they were asked.
     pub fn transcripts(&self) -> Vec<Transcript> {
         let transcripts = self.members.iter().enumerate().flat_map(|(module, member)| {
             member.terminals.iter().map(move |&Placed { dock, at, ref terminal, .. }| Transcript {
@@ -428,13 +432,13 @@ impl Robot {
         transcripts
     }
 
-    /// What the link has carried that begins at this dock; `None` if it is attached to nothing.
+    /// The counts of the link that begins at this dock; `None` if the dock is attached to nothing.
     pub fn link_counts(&self, from: Face) -> Option<LinkCounts> {
         self.port(from).map(|port| port.channel.counts())
     }
 
-    /// Sets what goes wrong with what leaves by this dock, whatever is attached there. Returns `false` if
-    /// nothing is.
+    /// Sets the faults of what leaves by this dock, whatever is attached there. Returns `false` if nothing
+    /// is.
     pub fn set_faults(&mut self, from: Face, faults: Faults) -> bool {
         let is_attached = self.port(from).is_some();
         self.for_links(Links::From(from), |old| *old = faults.clone());
@@ -462,20 +466,21 @@ impl Robot {
         self.members.get(face.module)?.ports[index(face.dock)].as_ref()
     }
 
-    /// The module is there.
+    /// The module exists.
     fn port_mut(&mut self, face: Face) -> &mut Option<Port> {
         &mut self.members[face.module].ports[index(face.dock)]
     }
 }
 
 impl Member {
-    /// The modules that may hear this one, which has this number.
+    /// The modules that may hear this one, which is module `number`.
     pub fn joined(&self, number: usize) -> Vec<usize> {
         let echo = (self.echoes != DockSet::default()).then_some(number);
         self.ports.iter().flatten().map(|port| port.peer.module).chain(echo).collect()
     }
 
-    /// Takes what the module, number `number` of the robot, has sent, as far as it arrives anywhere.
+    /// Takes the characters that the module, number `number` of the robot, has sent, and delivers those that
+    /// arrive anywhere.
     pub fn take_deliveries(&mut self, number: usize, mut deliver: impl FnMut(Delivery)) {
         if !self.module.has_sent() && self.terminals.is_empty() {
             return;
@@ -504,33 +509,34 @@ impl Member {
     }
 }
 
-/// A terminal at a module's dock. It goes by the times of characters and by its own looks, and not by when
-/// the module is looked at: that depends on where runs stop.
+/// A terminal at a module's dock. Its times follow from the characters and from its own polls, not from when
+/// it is stepped: that depends on where runs stop.
 struct Placed {
     dock: Dock,
-    /// Since when.
+    /// The cycle at which it was placed.
     at: u64,
     terminal: Terminal,
-    /// What the dock has sent, and the terminal has not heard to its end.
+    /// The characters that the dock has sent, and that the terminal has not yet heard to their end.
     coming: VecDeque<Character>,
-    /// When the terminal looks next at whether it has to say something by itself.
+    /// The cycle of the next poll, in which the terminal may send by itself.
     looks_at: u64,
-    /// When all that it has sent so far is through.
+    /// The cycle at which all that it has sent so far has arrived.
     free_at: u64,
 }
 
-/// An answer of a terminal begins so much later than what it answers. A round takes two windows at most, and
-/// some cycles to the end of an instruction, so no module has come there yet.
+/// Cycles from the event that a terminal answers to the begin of its answer. A round takes two windows at
+/// most, and some cycles to the end of an instruction, so no module has come to that begin yet.
 const ANSWERS_AFTER: u64 = LONGEST_WINDOW * 5 / 2;
 
 impl Placed {
-    /// A terminal that is placed now, and begins at `from`.
+    /// A terminal that is placed now, and begins to work at `from`.
     fn new(dock: Dock, now: u64, from: u64) -> Self {
         let terminal = Terminal::new(Topic::All, from / MILLISECOND);
         Self { dock, at: now, terminal, coming: VecDeque::new(), looks_at: from, free_at: from }
     }
 
-    /// Goes on to where the module has come, which has `sent` this since the last call.
+    /// Runs the terminal up to the cycle that the module has come to. The module has `sent` these characters
+    /// since the last call.
     fn step(&mut self, module: &mut Module, sent: &[Character]) {
         let now = module.cycle();
         self.coming.extend(sent);
@@ -551,14 +557,14 @@ impl Placed {
         }
     }
 
-    /// Hears and says nothing until `now`, as something is attached in its place.
+    /// Stays silent and deaf until `now`, because something is attached in its place.
     fn rest(&mut self, now: u64) {
         self.coming.clear();
         self.looks_at = self.looks_at.max(now);
     }
 }
 
-/// Lets bytes come in at a dock from `start` on. Returns when they are through.
+/// Delivers bytes through a dock from `start` on. Returns the cycle at which the last one ends.
 fn send(module: &mut Module, dock: Dock, mut start: u64, bytes: &[u8]) -> u64 {
     for &value in bytes {
         let end = start + CHARACTER;

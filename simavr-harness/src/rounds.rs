@@ -1,16 +1,18 @@
-//! Which modules run next and how far, so that none gets further ahead of those at its docks than a window.
+//! Decides which modules run next and how far, so that no module gets more than a window ahead of the modules
+//! at its docks.
 
-/// A half with fewer modules is none: threads would wait for each other.
+/// The fewest modules of a half. With fewer, the robot is not divided: threads would wait for each other.
 const FEWEST: usize = 16;
 
-/// The modules in halves that take turns: no two of a half are joined. Or all in the first one.
+/// The modules in two halves that take turns, where no two modules of a half are joined. A robot that is not
+/// divided has all modules in the first half.
 pub(crate) type Halves = [Vec<usize>; 2];
 
-/// How far each half has come.
+/// The cycle that each half has come to, and which half runs next.
 pub(crate) struct Rounds {
     take_turns: bool,
     reached: [u64; 2],
-    /// The longest window that each half's own modules bear, in cycles.
+    /// The longest window that each half allows, in cycles: the shortest frame of its own modules.
     windows: [u64; 2],
     last: usize,
 }
@@ -23,7 +25,7 @@ pub(crate) struct Round {
 }
 
 impl Rounds {
-    /// Modules that have all come to cycle `from`, and the longest window that all bear.
+    /// Begins with all modules at cycle `from`. `window` is the longest window that all of them allow.
     pub fn new(halves: &Halves, from: u64, window: u64) -> Self {
         Self { take_turns: !halves[1].is_empty(), reached: [from; 2], windows: [window; 2], last: 1 }
     }
@@ -41,19 +43,19 @@ impl Rounds {
         Some(Round { half, end })
     }
 
-    /// The half that ran last bears windows of so many cycles from now on.
+    /// Notes that the half that ran last allows windows of up to `window` cycles from now on.
     pub fn bear(&mut self, window: u64) {
         self.windows[self.last] = window;
     }
 }
 
-/// The halves of modules, by whom each is joined to.
+/// Divides the modules into halves. `joined` has the modules that each module is joined to.
 pub(crate) fn halves(joined: &[Vec<usize>]) -> Halves {
     let are_enough = |halves: &Halves| halves.iter().all(|half| half.len() >= FEWEST);
     divide(joined).filter(are_enough).unwrap_or_else(|| [(0..joined.len()).collect(), Vec::new()])
 }
 
-/// `None` if there is no such division.
+/// `None` if some modules form a ring of odd length, which cannot be divided.
 fn divide(joined: &[Vec<usize>]) -> Option<Halves> {
     let mut of = vec![None; joined.len()];
     for start in 0..joined.len() {

@@ -1,8 +1,8 @@
-//! The wire at a serial port that a program makes of two pins, by software: edges become characters, and
-//! characters edges.
+//! The wire at a serial port that a program makes of two pins, in software. It turns edges into characters
+//! and characters into edges.
 //!
-//! What the program sends is sampled in the middle of each bit, as the USART at the other end would, so that
-//! its jitter counts. 8 data bits, no parity, 1 stop bit, at 38400 baud.
+//! It samples what the program sends in the middle of each bit, as the USART at the other end would, so that
+//! jitter has its effect. 8 data bits, no parity, 1 stop bit, at 38400 baud.
 
 use std::collections::VecDeque;
 
@@ -20,12 +20,12 @@ pub struct SerialPins {
     pub transmit: Pin,
 }
 
-/// What a serial port in software has done since power-up.
+/// The counts of a serial port in software since power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SerialPinCounts {
     /// Characters sent.
     pub sent: u64,
-    /// Characters sent whose stop bit was low: nobody receives them.
+    /// Characters sent whose stop bit was low. They are not delivered.
     pub framing_errors: u64,
     /// Characters whose edges came in.
     pub received: u64,
@@ -37,12 +37,12 @@ pub(crate) const BITS: u64 = 10;
 pub(crate) struct PinSerial {
     pins: SerialPins,
     sender: Sender,
-    /// The levels to give to the receiving pin, and when.
+    /// The edges to come at the receiving pin: the cycle of each, and the level after it.
     edges: VecDeque<(u64, bool)>,
     counts: SerialPinCounts,
 }
 
-/// Listens at the transmitting pin.
+/// Decodes the level of the transmitting pin.
 struct Sender {
     level: bool,
     /// Start of the character under way.
@@ -83,7 +83,7 @@ impl PinSerial {
         std::mem::take(&mut self.sender.sent)
     }
 
-    /// A character comes in, with its first edge at its start; others may come that begin later.
+    /// A character comes in, with its first edge at its start. Calls may come in any order of their starts.
     pub fn receive(&mut self, character: Character) {
         let bit = |number: u64| character.start + number * (character.end - character.start) / BITS;
         let mut level = true;
@@ -109,13 +109,13 @@ pub(crate) fn levels(value: u8) -> impl Iterator<Item = bool> {
     std::iter::once(false).chain(data).chain(std::iter::once(true))
 }
 
-/// Cycles that so many halves of a bit take.
+/// Cycles of `number` halves of a bit.
 fn half_bits(number: u64) -> u64 {
     number * u64::from(CLOCK_HZ) / (2 * u64::from(BAUD))
 }
 
 impl Sender {
-    /// When the character under way can be read: in the middle of its stop bit.
+    /// The cycle at which the character under way can be read: in the middle of its stop bit.
     fn due(&self) -> Option<u64> {
         self.start.map(|start| start + half_bits(2 * BITS - 1))
     }

@@ -1,27 +1,28 @@
-//! Hands out the modules of a round to threads, each time the same ones to the same thread as far as may be:
-//! what a module needs is in the cache of the core that ran it last.
+//! Hands out the modules of a round to threads. A thread gets the same modules each time as far as possible:
+//! their data are in the cache of the core that ran them last.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Places in a list, a share for each worker. A worker takes those of its own share, the first one first;
-/// with none left, those of others, the last one first.
+/// Places in a list, a share for each worker. A worker takes the places of its own share from the front. Once
+/// none is left, it takes places of other shares from the back.
 pub(crate) struct Shares(Vec<Share>);
 
-/// Places that nobody has taken yet: the first one in the upper half of the bits, the end in the lower.
+/// The places that no worker has taken yet: the upper 32 bits hold the first one, the lower 32 the end.
 #[derive(Default)]
 struct Share(AtomicU64);
 
-/// What taking the first place adds, and what taking the last one adds.
+/// Taking the first place of a share adds `FIRST`; taking the last one adds `LAST`, which is -1.
 const FIRST: u64 = 1 << 32;
 const LAST: u64 = u64::MAX;
 
 impl Shares {
-    /// Shares for so many workers, at least one, with nothing in them.
+    /// Empty shares for `workers` workers, at least one.
     pub fn new(workers: usize) -> Self {
         Self((0..workers).map(|_| Share::default()).collect())
     }
 
-    /// Shares out the places of a list of `length`. Who takes one sees what was written before.
+    /// Divides the places of a list of `length` among the shares. A worker that takes a place sees all writes
+    /// from before this call.
     pub fn fill(&self, length: usize) {
         for (worker, share) in self.0.iter().enumerate() {
             let [first, end] = [worker, worker + 1].map(|worker| (worker * length / self.0.len()) as u64);
@@ -29,7 +30,7 @@ impl Shares {
         }
     }
 
-    /// A place for `worker`, which nobody else gets; `None` if all are taken.
+    /// A place for `worker`, which no other worker gets; `None` if all are taken.
     pub fn take(&self, worker: usize) -> Option<usize> {
         let (before, from) = self.0.split_at_checked(worker)?;
         let (own, behind) = from.split_first()?;

@@ -1,16 +1,16 @@
-//! A robot file's table `[world]`, in the world's words.
+//! Converts a robot file's table `[world]` to the world's types.
 
 use simulation::{Block, Stair, Terrain, Wall};
 use world::assumed::{FRICTION, MODULE_MASS};
 use world::{Ground, Make, Steps};
 
-/// How thick walls are, in m.
+/// The thickness of walls, in m.
 const WALL: f64 = 0.05;
 
 /// Millimetres in a metre.
 const MILLI: f64 = 1e-3;
 
-/// The ground that a terrain makes.
+/// The ground of a terrain.
 pub fn ground(terrain: &Terrain) -> Ground {
     let steps = |&Stair { from_m, height_mm, length_mm, number }: &Stair| Steps {
         from: from_m,
@@ -39,7 +39,7 @@ fn wall(&Wall { from_m: [x, y], to_m: [to_x, to_y], height_mm }: &Wall) -> world
     }
 }
 
-/// What so many modules are made of.
+/// The makes of `modules` modules, with the loads that the terrain gives them.
 pub(crate) fn makes(terrain: &Terrain, modules: usize) -> Vec<Make> {
     let make = |module| {
         let loads = terrain.loads.iter().filter(|load| load.module == module);

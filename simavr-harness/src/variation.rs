@@ -1,4 +1,4 @@
-//! What is assumed of modules, varied by chance.
+//! Varies by chance what the simulation assumes of modules.
 
 use std::fmt;
 use std::str::FromStr;
@@ -8,22 +8,22 @@ use simulation::Random;
 use thiserror::Error;
 use world::Make;
 
-/// Something that nobody has published, and may be otherwise.
+/// A property of the modules that is not published, and so is assumed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Assumption {
     /// The mass of a module.
     Mass,
     /// Its friction on the ground.
     Friction,
-    /// The torque of its standing motors.
+    /// The stall torque of its motors.
     Torque,
-    /// Their current at that.
+    /// Their stall current.
     Current,
     /// The dry friction of their gears.
     GearFriction,
     /// The inertia of their rotors and gears.
     GearInertia,
-    /// How the potentiometers of its joints sit on their shafts, in percent of their travel.
+    /// The angles at which the potentiometers of its joints sit on their shafts, in percent of their travel.
     Potentiometer,
 }
 
@@ -50,7 +50,7 @@ impl Assumption {
         }
     }
 
-    /// Changes it by chance, by `part` of what is assumed at most.
+    /// Varies the assumption in `make` by chance, by the fraction `part` of its value at most.
     fn vary(self, make: &mut Make, part: f64, random: &mut Random) {
         let mut drawn = || part * random.between(-1.0, 1.0);
         match self {
@@ -65,7 +65,7 @@ impl Assumption {
     }
 }
 
-/// By how much something may be more or less than it is assumed to be.
+/// How far an assumption may vary, up or down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variation {
     pub of: Assumption,
@@ -73,7 +73,7 @@ pub struct Variation {
     pub percent: f64,
 }
 
-/// What is no variation.
+/// Why a text is not a variation.
 #[derive(Debug, Error, PartialEq)]
 pub enum VariationError {
     #[error("write what varies and by how much at most, as in mass=20%")]
@@ -90,7 +90,7 @@ pub enum VariationError {
 impl FromStr for Variation {
     type Err = VariationError;
 
-    /// From text as in `mass=20%`.
+    /// Parses a text such as `mass=20%`.
     fn from_str(text: &str) -> Result<Self, VariationError> {
         let (name, percent) = text.split_once('=').ok_or(VariationError::Form)?;
         let percent = percent.strip_suffix('%').ok_or(VariationError::Form)?;
@@ -111,10 +111,10 @@ impl fmt::Display for Variation {
     }
 }
 
-/// Varies modules, each for itself: evenly spread between less and more, as `seed` has it. What one
-/// assumption becomes does not depend on whether others are varied.
+/// Varies each module on its own: uniformly between the limits, drawn from `seed`. The value of one
+/// assumption does not depend on whether others are varied.
 pub(crate) fn vary(makes: &mut [Make], variations: &[Variation], seed: u64) {
-    // Apart from what else is drawn for modules.
+    // A sequence of its own, separate from the others that are drawn for modules.
     let seed = Random::of_part(seed, u64::MAX / 2).next_u64();
     for (module, make) in (0..).zip(makes) {
         let mut random = Random::of_part(seed, module);

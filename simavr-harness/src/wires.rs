@@ -1,5 +1,5 @@
-//! The wires of the two-wire bus at an MCU's pins: what a program sees and does there without its interface,
-//! as it does to free a bus that is stuck.
+//! The wires of the two-wire bus at an MCU's pins. A program reads and drives them without its interface to
+//! free a bus that is stuck.
 
 use crate::cpu::Cpu;
 use crate::device::{Attached, Device};

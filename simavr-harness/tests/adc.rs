@@ -1,4 +1,4 @@
-//! The converter takes its time, and converts the voltage that is there.
+//! Tests the duration of conversions, and their results.
 
 mod common;
 
@@ -9,7 +9,7 @@ const AVCC: u8 = 0x40;
 const INTERNAL: u8 = 0xc0;
 const LEFT: u8 = 0x20;
 
-/// Cycles by which a poll may see the flag late, and those of a mark.
+/// The most cycles by which a poll sees the flag late, together with those of a mark.
 const POLL: u64 = 12;
 
 fn run(millivolts: u16, reference: u8, prescaler: u8) -> Mcu {
@@ -26,10 +26,10 @@ fn the_first_conversion_takes_25_clocks_and_the_others_13() {
         let mcu = run(1000, AVCC, prescaler);
         let cycles: Vec<u64> = mcu.markers().iter().map(|marker| marker.cycle).collect();
         let [first, second] = [cycles[1] - cycles[0], cycles[6] - cycles[5]];
-        // It begins with the next clock.
+        // A conversion begins with the next clock of the converter.
         assert!((25 * clock..26 * clock + POLL).contains(&first), "{first} cycles at {clock}");
         assert!((13 * clock..14 * clock + POLL).contains(&second), "{second} cycles at {clock}");
-        // Free running, one follows the other.
+        // Free running, a conversion follows the one before at once.
         let [.., one, next] = cycles[..] else { panic!("{cycles:?}") };
         assert!((next - one).abs_diff(13 * clock) < POLL, "{} cycles at {clock}", next - one);
     }
@@ -40,7 +40,7 @@ fn results_are_parts_of_the_reference() {
     let result = |millivolts, reference| {
         let mcu = run(millivolts, reference, 5);
         let values: Vec<u8> = mcu.markers().iter().map(|marker| marker.value).collect();
-        // The flag was cleared by a one, and no conversion is under way.
+        // Writing a one has cleared the flag, and no conversion is under way.
         assert_eq!((values[2], &values[5..8]), (0, &values[..3]));
         let result = |mark: usize| u16::from_le_bytes([values[mark], values[mark + 1]]);
         let [first, second] = [result(3), result(8)];

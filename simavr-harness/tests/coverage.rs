@@ -1,4 +1,4 @@
-//! Which instructions ran, and which way they went.
+//! Tests the record of which instructions ran, and which way they went.
 
 mod common;
 
@@ -20,7 +20,7 @@ fn record(name: &str) -> PathBuf {
     path
 }
 
-/// The fixture, recording in that file.
+/// The fixture, which records in `file`.
 fn image(defines: &[&str], record: &Path) -> Arc<Image> {
     let mut image = Arc::unwrap_or_clone(build_with("coverage.S", defines));
     image.record_coverage(record).expect("the file can be mapped");
@@ -90,7 +90,7 @@ fn code_tells_what_forks_and_what_returns() {
     assert_eq!(after.address, skipped + 4, "a call has two words");
 }
 
-/// The same code in another place, calling what is elsewhere.
+/// Compares the same code at another address, with its callees elsewhere.
 #[test]
 fn code_has_one_form_wherever_it_lies() {
     let forms = |defines: &[&str], from: &str, to: &str| {

@@ -1,4 +1,4 @@
-//! The EEPROM takes its time to write, and says when it is ready.
+//! Tests the duration of writes to the EEPROM, and EE_READY.
 
 mod common;
 
@@ -7,7 +7,7 @@ use simavr_harness::{Mcu, Part, Reset, State};
 
 const EEWE: u8 = 0x02;
 
-/// 8448 us.
+/// The duration of a write, 8448 us, in cycles.
 const WRITE: u64 = 135_168;
 
 fn cycle(mcu: &Mcu, value: u8) -> u64 {
@@ -19,7 +19,7 @@ fn a_write_takes(part: &'static Part, write: u64) {
     assert_eq!(mcu.run_to_end(2 * write), State::Done);
     assert_eq!(marked(&mcu), [1, 2, EEWE, 0xaa, 0, 3, 4, 0x5a]);
     let (begun, ready) = (cycle(&mcu, 2), cycle(&mcu, 0xaa));
-    // Response from sleep, jmp, and what the handler saves before its marker.
+    // The response from sleep, `jmp`, and the registers that the handler saves before its marker.
     assert!((write..write + 40).contains(&(ready - begun)), "{}", ready - begun);
     assert!(mcu.awake_cycles() < 1000, "it slept meanwhile");
     let end = mcu.eeprom().len(); // addresses begin anew there
@@ -78,7 +78,7 @@ fn a_reset_does_not_end_a_write() {
     mcu.take_markers();
     mcu.reset(Reset::External);
     assert_eq!(mcu.run_to_end(2 * WRITE), State::Done);
-    // The second write falls into the first, and is none.
+    // The second write comes during the first, and is ignored.
     assert_eq!(marked(&mcu), [1, 2, EEWE, 0xaa, 0, 3, 4, 0x5a]);
     let ready = cycle(&mcu, 0xaa);
     assert!((WRITE..WRITE + 40).contains(&(ready - begun)), "{}", ready - begun);

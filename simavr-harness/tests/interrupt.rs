@@ -1,4 +1,4 @@
-//! Interrupts take their time, and fire when the datasheet says they do.
+//! Tests the response time of interrupts, and when they fire, against the datasheet.
 
 mod common;
 
@@ -17,7 +17,7 @@ fn pin(part: &Part) -> Pin {
     Pin { port, bit }
 }
 
-/// Runs the fixture past marker 1 and lets an edge come; returns its cycle too.
+/// Runs the fixture past marker 1 and raises the pin. Returns the cycle of that edge, too.
 fn run_with_edge(part: &'static Part, variant: &str) -> (Mcu, u64) {
     let mut mcu = mcu_of(part, "interrupt.S", &[variant]);
     mcu.run_to_marker(1, 1000).expect("the program reaches marker 1");

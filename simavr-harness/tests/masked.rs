@@ -1,4 +1,4 @@
-//! Masked windows are measured to the cycle.
+//! Tests that masked windows are measured to the cycle.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! PINx of the ATmega128 can only be read; on later parts a write to it toggles PORTx.
+//! Tests that PINx of the ATmega128 is read-only, and that on later parts a write to it toggles PORTx.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! A single program: its image, its memory, its end and its resets.
+//! Tests a single program: its image, its memory, its end and its resets.
 
 mod common;
 
@@ -54,7 +54,7 @@ fn symbols_lead_to_memory() {
     };
     assert_eq!(image.function_at(main + 2), Some(("main", 2)));
     let is_label = |name| image.symbol(name).map(|symbol| symbol.is_label);
-    // The last is the loop at the end of the start-up code.
+    // `__stop_program` is the loop at the end of the start-up code.
     assert_eq!(["main", "exit", "__stop_program"].map(is_label), [Some(false), Some(false), Some(true)]);
 }
 
@@ -101,8 +101,8 @@ fn a_reset_keeps_the_clock_and_the_memory() {
     assert_eq!(mcu.resets(), 3);
 }
 
-/// The outside drives bit 5 low and bit 1 high; then pull-ups are on at bits 7 to 4; then bits 3 to 0
-/// become outputs, of which 2 and 0 are high.
+/// The outside drives bit 5 low and bit 1 high. Then the program switches the pull-ups of bits 7 to 4 on.
+/// Then it makes bits 3 to 0 outputs, of which bits 2 and 0 are high.
 #[test]
 fn pins_are_driven_and_read() {
     let pin = |bit| Pin { port: 'D', bit };
@@ -123,7 +123,7 @@ fn pins_are_driven_and_read() {
 fn the_watchdog_resets_again_and_again_on_one_clock() {
     let mut mcu = mcu(&build_with("program.c", &["WATCHDOG"]));
     mcu.run_until(16_000_000 / 10);
-    // The datasheet's 14.0 ms; and of the next times 28.1 and 56.2.
+    // The datasheet gives 14.0 ms. The next times, 28.1 and 56.2 ms, tell that it is 14.05 ms.
     let period = 16 * 14_050;
     let starts: Vec<_> = mcu.markers().iter().map(|marker| marker.cycle).collect();
     assert_eq!(marked(&mcu)[..3], [PORF, WDRF, WDRF]);
@@ -134,7 +134,7 @@ fn the_watchdog_resets_again_and_again_on_one_clock() {
     }
 }
 
-/// Once its reset is noted; that note stays.
+/// The program switches the watchdog off while WDRF is set, and WDRF stays set.
 #[test]
 fn the_watchdog_can_be_switched_off_after_its_reset() {
     let mut mcu = mcu(&build_with("program.c", &["WATCHDOG_OFF"]));
@@ -143,8 +143,8 @@ fn the_watchdog_can_be_switched_off_after_its_reset() {
     assert_eq!(mcu.resets(), 1);
 }
 
-/// Without the timed sequence one that is off is switched on, for the time that is written with it, and one
-/// that is on stays as it is.
+/// Without the timed sequence, a write switches a watchdog on that is off, with the time in the same write,
+/// and changes nothing of one that is on.
 #[test]
 fn the_watchdog_is_switched_on_by_a_single_write() {
     let mut mcu = mcu(&build_with("program.c", &["WATCHDOG_WRITTEN"]));

@@ -1,4 +1,4 @@
-//! Modules attached to each other: what passes between them, and that nothing but the seed decides
+//! Tests modules that are attached to each other: their communication, and that only the seed decides
 //! the outcome of a run.
 
 mod common;
@@ -18,7 +18,7 @@ fn relay() -> Images {
     relay_at(51)
 }
 
-/// The relay with this divisor (UBRR): 8 cycles a bit and unit of UBRR + 1.
+/// The relay with this divisor (UBRR): a bit takes 8 * (UBRR + 1) cycles.
 fn relay_at(divisor: u8) -> Images {
     let divisor = format!("DIVISOR={divisor}");
     let build = |role| build_with("relay.c", &[role, &divisor, "WORK=20"]);
@@ -172,7 +172,7 @@ fn a_dock_before_an_obstacle_hears_itself() {
         let mcu = engine.robot().module(module).unwrap().mcu(Controller::Slave);
         mcu.usart_counts(0).unwrap().unheard
     };
-    // The slave's receiver is off: what comes back is counted as unheard.
+    // The slave's receiver is off, so echoes count as unheard.
     assert_eq!(heard(&engine, 0), 0);
     engine.robot_mut().change(&Change::Obstacle { at: back_of(0), is_there: true }).unwrap();
     engine.run_until(110 * MILLISECOND);
@@ -203,7 +203,7 @@ fn modules_get_their_power_at_different_times() {
     }
 }
 
-/// Two memories drawn from different seeds, and losses on a link, differ; else nothing does.
+/// Memories at power-up and losses on a link depend on the seed. Threads, steps and quantum change nothing.
 #[test]
 fn the_outcome_depends_on_the_seed_only() {
     let images = relay();
@@ -230,14 +230,14 @@ fn the_outcome_depends_on_the_seed_only() {
     }
     for step in [1000, 5 * MILLISECOND + 7] {
         let mut found = outcome(1, 2, step, u64::MAX);
-        // The markers of each call are in order by themselves.
+        // Only the markers of one call are in order.
         found.2.sort();
         assert_eq!(found, expected, "step {step}");
     }
     assert_ne!(outcome(2, 1, u64::MAX / 2, u64::MAX).0, expected.0);
 }
 
-/// At 250 kBd a frame is 320 cycles: the windows follow.
+/// At 500 kBd a frame takes 320 cycles, and the windows are as short.
 #[test]
 fn fast_links_deliver_in_time() {
     let images = relay_at(3);
@@ -250,7 +250,7 @@ fn fast_links_deliver_in_time() {
     };
     let whole = outcome(1, 50 * MILLISECOND);
     assert_eq!(hops(&whole.1, 3), [vec![], vec![1, 1], vec![2, 2]]);
-    // Steps shorter than a frame leave no doubt about the windows.
+    // With steps shorter than a frame, no window is longer than a step.
     assert_eq!(outcome(2, 100), whole);
 }
 

@@ -1,4 +1,4 @@
-//! A serial port that a program makes of two pins: bytes come and go as edges.
+//! Tests a serial port that a program makes of two pins, with bytes as edges.
 
 mod common;
 
@@ -74,7 +74,7 @@ fn the_line_is_idle_and_works_after_a_reset_in_mid_character() {
 /// INT7 of the ATmega128.
 const INT7: u8 = 8;
 
-/// The core was asleep up to there: how long it may run on is no longer what it was.
+/// The core was asleep until the interrupt from outside, so simavr's count of the run was stale.
 #[test]
 fn edges_come_in_time_into_a_handler_that_the_outside_began() {
     let mut mcu = with_pins(&[]);

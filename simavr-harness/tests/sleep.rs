@@ -1,4 +1,4 @@
-//! Sleep is passed in one jump, and to the cycle.
+//! Tests that sleep is passed in one jump, exact to the cycle.
 
 mod common;
 
@@ -13,7 +13,7 @@ fn a_tick_comes_every_16000_cycles() {
     let ticks: Vec<_> = mcu.markers().iter().map(|marker| marker.cycle).collect();
     assert_eq!(ticks.len(), 99);
     assert!(ticks.windows(2).all(|pair| pair[1] - pair[0] == MILLISECOND), "{ticks:?}");
-    // Response from sleep 8, jmp 3, out 1, reti 4, rjmp 2, sleep 1; and the start-up.
+    // A round: response from sleep 8, jmp 3, out 1, reti 4, rjmp 2, sleep 1. And the start-up.
     let start_up = mcu.awake_cycles() - 99 * 19;
     assert!((10..60).contains(&start_up), "{start_up}");
 }

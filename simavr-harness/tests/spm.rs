@@ -1,4 +1,4 @@
-//! "Store Program Memory Ready" fires as long as it is enabled, after all other interrupts.
+//! Tests that "Store Program Memory Ready" fires as long as it is enabled, after all other interrupts.
 
 mod common;
 

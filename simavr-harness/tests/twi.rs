@@ -1,4 +1,4 @@
-//! Two MCUs on a bus see the status codes of the datasheet.
+//! Tests that two MCUs on a bus see the status codes of the datasheet.
 
 mod common;
 
@@ -11,7 +11,7 @@ use simavr_harness::{Bus, BusCounts, Image, Mcu, Reset, State, lockstep};
 const BIT_RATE: &str = "BIT_RATE=72";
 const BIT: u64 = 160;
 
-/// A master that plays `script`, and a slave, run to the master's end.
+/// Runs a master that plays `script`, and a slave, to the master's end.
 fn play(script: char, slave_defines: &[&str]) -> ([Mcu; 2], Bus) {
     let master = build_with("twi_master.c", &[BIT_RATE, &format!("SCRIPT='{script}'")]);
     let slave = build_with("twi_slave.c", &[&[BIT_RATE], slave_defines].concat());
@@ -74,7 +74,7 @@ fn the_slave_refuses_the_second_byte() {
     assert_markers(&mcus[1], &[0x60, 0x80, 0xd0, 0x88]);
 }
 
-/// A slow slave stretches the clock: the same events, later by what it waits at each.
+/// A slow slave stretches the clock: the events are the same, each later by the slave's wait.
 #[test]
 fn the_clock_waits_for_a_slow_slave() {
     let duration = |mcus: &[Mcu; 2]| {
@@ -87,11 +87,12 @@ fn the_clock_waits_for_a_slow_slave() {
     // Four bytes and a STOP, and the time in the handlers.
     let wire = (4 * 9 + 1) * BIT;
     assert!((wire..wire + 1000).contains(&duration(&quick)), "{}", duration(&quick));
-    // A round takes at least five cycles; the last wait, after the STOP, delays nobody.
+    // A round of the wait takes at least five cycles. The last wait, after the STOP, does not delay the
+    // master.
     assert!(duration(&slow) > duration(&quick) + 4 * 250 * 5, "{}", duration(&slow));
 }
 
-/// Programs of two nodes that send each other 50 messages each, at `bit_rate` (TWBR).
+/// Programs of two nodes that send 50 messages each to the other, at `bit_rate` (TWBR).
 fn peers(bit_rate: u8) -> [Arc<Image>; 2] {
     let bit_rate = format!("BIT_RATE={bit_rate}");
     [("OWN=0x10", "PEER=0x20"), ("OWN=0x20", "PEER=0x10")]
@@ -132,8 +133,8 @@ fn the_length_of_turns_changes_nothing() {
     }
 }
 
-/// Resets one node at many places of a transfer: it lets go of the bus, and both get all later
-/// messages through.
+/// Resets one node at many points of a transfer: it releases the bus, and all later messages of both nodes
+/// arrive.
 #[test]
 fn a_reset_in_mid_transfer_does_not_hang_the_bus() {
     let images = peers(12);

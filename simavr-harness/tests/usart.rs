@@ -1,4 +1,4 @@
-//! A USART's frames take their time, and its buffers hold what the datasheet says.
+//! Tests the duration of a USART's frames, and the size of its buffers, against the datasheet.
 
 mod common;
 
@@ -34,7 +34,7 @@ fn a_byte_is_received_at_the_end_of_its_frame() {
         mcu.receive(0, Character { value: 0x42, start: end - FRAME, end });
         mcu.run_until(5 * FRAME);
         let handled = mcu.markers()[0].cycle;
-        // Response from sleep, jmp, and what the handler saves before its marker.
+        // The response from sleep, `jmp`, and the registers that the handler saves before its marker.
         assert!((end + 8 + 3..end + 40).contains(&handled), "{}", handled - end);
         let [echo] = mcu.take_sent(0)[..] else { panic!("one byte is sent back") };
         assert_eq!(echo.value, 0x42);
@@ -44,7 +44,8 @@ fn a_byte_is_received_at_the_end_of_its_frame() {
     }
 }
 
-/// Two bytes wait in the buffer and one in the shift register; the next ones take its place.
+/// Two bytes wait in the buffer and one in the shift register. Each further byte replaces the one in the
+/// shift register.
 #[test]
 fn bytes_not_read_in_time_are_lost_and_the_loss_is_flagged() {
     const DOR: u8 = 0x08;
@@ -76,7 +77,7 @@ fn a_receiver_that_is_off_hears_nothing() {
     assert_eq!((counts.received, counts.unheard), (0, 1));
 }
 
-/// The flag shows a condition: it raises the interrupt again though no RETI ended the handler.
+/// RXC is level-triggered: it raises the interrupt again although the handler did not end with RETI.
 #[test]
 fn bytes_that_wait_raise_one_interrupt_after_another() {
     let mut mcu = mcu(&build_with("usart.c", &["KERNEL"]));
@@ -105,7 +106,7 @@ fn the_length_of_a_frame_follows_its_format() {
     const UCSRC: u16 = 0x95;
     let mut mcu = mcu(&build_with("usart.c", &["SEND"]));
     mcu.run_until(1000);
-    // 8 cycles a bit and unit of UBRR + 1.
+    // A bit takes 8 * (UBRR + 1) cycles.
     mcu.write(UBRRL, 9);
     for (format, bits) in [(0x06, 10), (0x00, 7), (0x0e, 11), (0x26, 11), (0x3e, 12)] {
         mcu.write(UCSRC, format);

@@ -1,5 +1,5 @@
-//! What is assumed of the bodies and of the ground, for nothing of it is public. What is assumed of motors
-//! and gears stands in [`plants::motor`].
+//! The assumptions about the bodies and the ground, none of which are published. Those about motors and gears
+//! are in [`plants::motor`].
 
 use plants::motor::Motor;
 
@@ -10,21 +10,21 @@ pub const MODULE_MASS: f64 = 1.0;
 /// The friction between a module and the ground: aluminium and plastic on a floor. Assumed.
 pub const FRICTION: f64 = 0.7;
 
-/// How far the shell stays behind the face of a dock, in mm, so that modules side by side do not rub.
+/// The distance of the shell behind the face of a dock, in mm, so that modules side by side do not rub.
 /// Assumed.
 pub const SHELL: f64 = 1.0;
 
-/// How much the part at the roll stays behind the shell of the halves, in mm. Assumed.
+/// The distance of the part at the roll behind the shell of the halves, in mm. Assumed.
 pub const SLIMMER: f64 = 1.0;
 
-/// How soon what presses on the ground, or pulls at a dock, is brought back, in s: stiff, and no stiffer than
-/// steps of a millisecond bear.
+/// The time constant of contacts with the ground and of docks, in s: as stiff as is stable with steps of a
+/// millisecond.
 pub const STIFFNESS_SECONDS: f64 = 0.004;
 
-/// How fast hooks pull docks together, in mm/s: their reach in half the time of a latch. Assumed.
+/// The speed at which hooks pull docks together, in mm/s: their reach in half the time of a latch. Assumed.
 pub const PULL_SPEED: f64 = 30.0;
 
-/// How fast they turn them to fit, in degrees/s. Assumed likewise.
+/// The speed at which hooks turn docks until they fit, in degrees/s. Assumed.
 pub const PULL_TURN: f64 = 30.0;
 
 /// The bandwidth of the accelerometer, in Hz: its filter before the converter. Assumed.
@@ -33,17 +33,17 @@ pub const ACCELEROMETER_HZ: f64 = 50.0;
 /// The acceleration of gravity, in m/s².
 pub const GRAVITY: f64 = 9.81;
 
-/// What a module is made of, where it may differ from module to module.
+/// The properties in which modules may differ.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Make {
-    /// Its mass, in kg, with all that it bears, spread evenly over its boxes.
+    /// Its mass, in kg, including its load, spread evenly over its boxes.
     pub mass: f64,
     /// Its friction on the ground, as a multiple of the ground's coefficient.
     pub grip: f64,
-    /// Of each of its joints.
+    /// The motor of each of its joints.
     pub motor: Motor,
-    /// How far the potentiometers of its joints sit turned on their shafts, in degrees. The world does not
-    /// look at it.
+    /// The angles by which the potentiometers of its joints are turned on their shafts, in degrees. The world
+    /// does not use them.
     pub zeros: [f64; 3],
 }
 

@@ -1,16 +1,16 @@
-//! What joints did last, for whoever asks why a world broke.
+//! Records the last motions of the joints, to explain why a world broke.
 
 use plants::trouble::Moment;
 
 use crate::world::STEP_SECONDS;
 
-/// So many milliseconds are kept.
+/// The milliseconds that are kept.
 const KEPT: usize = 100;
 
-/// Of these the last so many are told one by one, the others in steps of as many.
+/// The last milliseconds that are reported one by one. Of the others, one in this many is reported.
 const CLOSELY: usize = 10;
 
-/// A joint: its angle in rad, its speed in rad/s, and what was at its motor, in V.
+/// A joint: its angle in rad, its speed in rad/s, and the voltage at its motor in V.
 #[derive(Clone, Copy, Debug)]
 pub struct Joint {
     pub angle: f64,
@@ -39,7 +39,7 @@ impl History {
         place.extend(joints);
     }
 
-    /// What a joint did, up to now.
+    /// The last moments of a joint, up to now.
     pub fn of(&self, module: usize, hinge: usize) -> Vec<Moment> {
         let first = self.now.saturating_sub(KEPT).max(1);
         let is_told = |step: &usize| {
@@ -58,8 +58,8 @@ impl History {
         (first..=self.now).filter(is_told).map(moment).collect()
     }
 
-    /// The module and hinge of the joint that turns fastest, or did a millisecond ago where a speed is no
-    /// number any more.
+    /// The module and hinge of the joint that turns fastest now, or a millisecond ago if a speed is not
+    /// finite now. `None` if one is not finite in either.
     pub fn wildest(&self) -> Option<(usize, usize)> {
         let moments = [self.now, self.now.saturating_sub(1)].map(|step| &self.kept[step % (KEPT + 1)]);
         let all_numbers = |joints: &&Vec<[Joint; 3]>| joints.iter().flatten().all(|it| it.speed.is_finite());
@@ -69,7 +69,7 @@ impl History {
         all.max_by(|one, other| speed(one).total_cmp(&speed(other)))
     }
 
-    /// The hinge of a module that turned fastest before its speed was no number.
+    /// The hinge of a module that turned fastest a millisecond ago, before its speed became no number.
     pub fn fastest(&self, module: usize) -> usize {
         let before = self.now.saturating_sub(1).max(1);
         let Some(joints) = self.kept[before % (KEPT + 1)].get(module) else { return 0 };

@@ -1,9 +1,9 @@
 //! A physical world for robots that are made of modules: bodies, joints, docks that hold each other, ground.
 //!
-//! [`World`] takes volts at motors, and tells angles, speeds, accelerations and where docks are. It knows
-//! nothing of firmware, hormones or microcontrollers. The rigid bodies are MuJoCo's (Todorov, Erez and Tassa,
-//! 2012); motors, gears and geometry are those of [`plants`], and what else is [`assumed`] stands in one
-//! file.
+//! [`World`] takes the volts at motors, and gives angles, speeds, accelerations and the positions of docks.
+//! It knows nothing of firmware, hormones or microcontrollers. The rigid bodies are MuJoCo's (Todorov, Erez
+//! and Tassa, 2012); motors, gears and geometry are those of [`plants`]. All other assumptions are in
+//! [`assumed`].
 
 pub mod assumed;
 mod ground;

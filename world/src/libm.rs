@@ -1,8 +1,8 @@
-//! The functions of mathematics that MuJoCo calls, so that equal runs are equal on every machine.
+//! The mathematical functions that MuJoCo calls, so that a run gives the same bits on every machine.
 //!
-//! The C library chooses among implementations by what the CPU can do, and they differ in the last bit. A
-//! program's own symbols come before those of libraries, so MuJoCo calls these. What rounds correctly
-//! everywhere (sqrt, floor) stays the C library's.
+//! The C library selects implementations by the features of the CPU, and these differ in the last bit. A
+//! program's own symbols take precedence over those of libraries, so MuJoCo calls these. Functions that are
+//! correctly rounded everywhere (sqrt, floor) stay the C library's.
 
 /// Defines C functions of one or two numbers by those of the crate `libm`, and a list of their addresses.
 macro_rules! bind {
@@ -15,7 +15,7 @@ macro_rules! bind {
             }
         )*
 
-        /// The addresses of all, so that none is left out of a program.
+        /// The addresses of all functions. Using them keeps the linker from dropping any.
         pub fn bound() -> impl Iterator<Item = usize> {
             [$($name as *const () as usize),*].into_iter()
         }

@@ -1,8 +1,9 @@
-//! The text from which MuJoCo makes a model: modules as bodies and hinges, welds to come, the ground.
+//! Writes the text from which MuJoCo makes a model: modules as bodies and hinges, unused welds, and the
+//! ground.
 //!
-//! A module is four bodies, each a box of half a cube: two on the roll's axis, and on each of these, by a
-//! hinge, the half with the docks. Modules are no trees of each other, for a long chain as one tree makes the
-//! solver's matrices dense. Docks are welds between halves.
+//! A module has four bodies, each a box of half a cube: two on the roll's axis, and on each of these, by a
+//! hinge, the half with the docks. Each module is a kinematic tree of its own: a long chain as one tree would
+//! make the solver's matrices dense. Docks that hold each other are welds between halves.
 
 use std::fmt::{self, Write};
 
@@ -23,27 +24,29 @@ pub const POSITIONS: usize = 10;
 /// Speeds of a module: six of its root, and three of its hinges.
 pub const SPEEDS: usize = 9;
 
-/// Where the hinges' numbers begin among those of a module.
+/// The index of the first hinge among the positions and among the speeds of a module.
 pub const HINGE_POSITION: usize = 7;
 pub const HINGE_SPEED: usize = 6;
 
-/// How soon dry friction stops a joint that it holds, as MuJoCo takes it: within a step, which is the
-/// soonest. So the constraint may give way more (0.9 of it holds, not 0.95) for the same creep under load,
-/// and Newton's method takes 6 to 7 rounds a step for 100 modules, not 9.
+/// The time constant, as MuJoCo takes it, of the dry friction that holds a joint: two steps, so that it stops
+/// the joint within a step, the shortest possible. So the constraint may be softer (an impedance of 0.9, not
+/// 0.95) for the same creep under load, and Newton's method takes 6 to 7 iterations a step for 100 modules,
+/// not 9.
 const STOPPING_SECONDS: f64 = 2.0 * STEP_SECONDS;
 
-/// How much better a round of Newton's method makes a step at least, else it was the last: MuJoCo's measure,
-/// which is relative to the model's size. By MuJoCo's own 1e-8 the last rounds change nothing that is seen.
+/// The least improvement by an iteration of Newton's method; after a smaller one the step is done. This is
+/// MuJoCo's measure, which is relative to the model's size. With MuJoCo's default of 1e-8 the last iterations
+/// change nothing visible.
 const TOLERANCE: f64 = 1e-6;
 
-/// How much of the slope a search along a round's direction may leave: the next round makes good what a rough
-/// one lacks, and takes less time than to be precise.
+/// The fraction of the slope that a line search may leave. The next iteration corrects a rough search, and
+/// takes less time than a precise one.
 const SEARCH_TOLERANCE: f64 = 0.5;
 
 /// Millimetres in a metre.
 pub const MILLI: f64 = 1e-3;
 
-/// The body of a module that has no hinge: the one behind Motor0.
+/// The body of a module without a hinge: the one behind Motor0.
 pub fn root(module: usize) -> usize {
     // Body 0 is the world.
     1 + BODIES * module
@@ -59,7 +62,7 @@ pub fn module(body: usize) -> usize {
     (body - 1) / BODIES
 }
 
-/// What a body is, for people.
+/// The name of a body, for messages.
 pub fn name(body: usize) -> String {
     let parts =
         ["front of the roll", "half with the Front dock", "back of the roll", "half with the Back dock"];
@@ -69,16 +72,16 @@ pub fn name(body: usize) -> String {
     }
 }
 
-/// The number of welds that so many modules may need: each takes two docks.
+/// The most welds that `modules` modules may need: each takes two docks.
 pub fn welds(modules: usize) -> usize {
     modules * Dock::ALL.len() / 2
 }
 
-/// The text of a model with these modules, straight, on this ground.
+/// The text of a model with these modules on this ground. All joints are straight.
 pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
     let mut xml = String::new();
     let [gx, gy, gz] = ground.gravity();
-    // A robot is one island as a rule: to look for more takes longer than it saves.
+    // A robot is usually one island: searching for islands takes longer than it saves.
     write!(
         xml,
         "<mujoco><compiler angle='radian'/>
@@ -101,7 +104,7 @@ pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
     }
     writeln!(xml, "</worldbody><equality>")?;
     for _ in 0..welds(modules.len()) {
-        // Of which bodies, is said when they are welded.
+        // `weld` sets the bodies of a weld when docks are attached.
         writeln!(xml, "<weld body1='0root' body2='0back' relpose='0 0 0 1 0 0 0' active='false'/>")?;
     }
     writeln!(xml, "</equality><sensor>")?;
@@ -112,7 +115,7 @@ pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
     Ok(xml)
 }
 
-/// Writes a module, whose number follows from what is written already.
+/// Writes a module. Its number is the number of modules that are already in `xml`.
 fn write_module(xml: &mut String, Placed { frame, make, .. }: &Placed, friction: f64) -> fmt::Result {
     let module = xml.matches("<freejoint").count();
     let friction = friction * make.grip;
@@ -137,7 +140,7 @@ fn write_module(xml: &mut String, Placed { frame, make, .. }: &Placed, friction:
     writeln!(xml, "</body></body></body>")
 }
 
-/// Half a cube, which lies on one side of its frame along x.
+/// Half a cube, on one side of its frame along x.
 struct Shell {
     half: DVec3,
     side: f64,
@@ -156,20 +159,19 @@ impl Shell {
     }
 }
 
-/// Half the edges of half a cube that bears docks, in m.
+/// Half the edges of a half cube with docks, in m.
 fn outer_half() -> DVec3 {
     let half = (EDGE / 2.0 - SHELL) * MILLI;
     DVec3::new(half / 2.0, half, half)
 }
 
-/// Half the edges of half a cube at the roll, in m: slimmer, so that a module lies on its ends.
+/// Half the edges of a half cube at the roll, in m. It is slimmer, so that a module lies on its ends.
 fn inner_half() -> DVec3 {
     let across = (EDGE / 2.0 - SHELL - SLIMMER) * MILLI;
     DVec3::new((EDGE / 2.0 - SHELL) / 2.0 * MILLI, across, across)
 }
 
-/// The corners of the boxes that bear docks in the frames of their bodies: of the one on the front side and
-/// of the one on the back side. In m.
+/// The corners of the two boxes with docks, front and back, in the frames of their bodies, in m.
 pub fn corners() -> [[DVec3; 8]; 2] {
     let half = outer_half();
     [1.0, -1.0].map(|side| {

@@ -1,11 +1,11 @@
-//! How far a robot has come.
+//! Measures how far a robot has come.
 
 use glam::DVec3;
 use plants::motion::{Motion, turned};
 
 use crate::world::World;
 
-/// Steps between two looks at what slides: 10 ms.
+/// Steps between two measurements of heading and slip: 10 ms.
 const LOOK: u64 = 10;
 
 /// Follows a robot.
@@ -13,12 +13,13 @@ const LOOK: u64 = 10;
 pub struct Odometer {
     start: DVec3,
     length: f64,
-    /// The axes of all bodies, from above.
+    /// The initial axes of all bodies, seen from above.
     axes: Vec<[f64; 2]>,
-    /// How far these have turned to the left, in degrees.
+    /// The angle by which the axes have turned to the left, in degrees.
     heading: f64,
     looks: u64,
-    /// Force times time, and that times the speed of sliding.
+    /// The sum of normal forces over all measurements, and the sum of these forces times the speed of
+    /// sliding.
     borne: f64,
     slid: f64,
 }
@@ -28,7 +29,7 @@ impl Odometer {
         Odometer { start: world.middle(), length: world.length(), axes: world.axes(), ..Odometer::default() }
     }
 
-    /// Looks at the world after a step.
+    /// Measures the world after a step.
     pub fn look(mut self, world: &World) -> Self {
         self.looks += 1;
         if self.looks.is_multiple_of(LOOK) {

@@ -1,5 +1,5 @@
 //! MuJoCo behind a safe interface: a model, its state, and the few functions that the world calls. All of the
-//! package's `unsafe` code but for [`libm`](crate::libm) is here.
+//! package's `unsafe` code except that in [`libm`](crate::libm) is here.
 
 use std::ffi::{CStr, CString, c_char};
 use std::ptr::NonNull;
@@ -19,7 +19,7 @@ use bindings::{mjData, mjModel};
 /// Room for a message, in bytes.
 const MESSAGE: usize = 1000;
 
-/// What MuJoCo can't go on with, in the order of its warnings.
+/// MuJoCo's warnings, in its order. The simulation can't continue after one.
 const WARNINGS: [&str; 7] = [
     "an inertia matrix that is singular",
     "more contacts than there is room for",
@@ -30,7 +30,7 @@ const WARNINGS: [&str; 7] = [
     "a control that is no number",
 ];
 
-/// A warning, and the index that it names: of what depends on the warning.
+/// A warning, and the index that it names. What the index counts depends on the warning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Warning {
     pub what: &'static str,
@@ -47,7 +47,7 @@ pub struct Contact {
     pub normal: DVec3,
     /// The normal force, in N.
     pub force: f64,
-    /// How deep one is in the other, in m; less than 0 where they do not touch yet.
+    /// The depth of one geom in the other, in m; negative if they do not touch yet.
     pub depth: f64,
 }
 
@@ -57,23 +57,24 @@ pub struct Simulation {
     data: NonNull<mjData>,
 }
 
-// SAFETY: MuJoCo keeps nothing of a model or a state that belongs to a thread.
+// SAFETY: MuJoCo ties neither a model nor a state to a thread.
 unsafe impl Send for Simulation {}
 
-// SAFETY: through a shared reference memory is only read: what MuJoCo writes, takes an exclusive one.
+// SAFETY: through a shared reference memory is only read. All that lets MuJoCo write takes an exclusive one.
 unsafe impl Sync for Simulation {}
 
 impl Simulation {
-    /// The model that `xml` describes, at its beginning.
+    /// The model that `xml` describes, in its initial state.
     ///
     /// # Errors
-    /// What MuJoCo says of the text.
+    /// MuJoCo rejects the text, with its message; or the model does not compile, or there is no memory for
+    /// its state.
     pub fn new(xml: &str) -> Result<Self, String> {
         keep_quiet();
         let xml = CString::new(xml).map_err(|error| error.to_string())?;
         let mut message = [0 as c_char; MESSAGE];
-        // SAFETY: the text and the message end with a zero byte and are as long as is said; there are no
-        // files.
+        // SAFETY: the text ends with a zero byte, the message buffer has the length that is passed, and no
+        // virtual file system is used.
         let spec = unsafe {
             bindings::mj_parseXMLString(
                 xml.as_ptr(),
@@ -97,22 +98,23 @@ impl Simulation {
         let data = NonNull::new(unsafe { bindings::mj_makeData(model.as_ptr()) });
         let data = data.ok_or("there is no memory for the state");
         if data.is_err() {
-            // SAFETY: nobody else has the model.
+            // SAFETY: there is no other pointer to the model.
             unsafe { bindings::mj_deleteModel(model.as_ptr()) };
         }
         Ok(Simulation { model, data: data? })
     }
 
-    /// Computes what follows from positions and speeds, and lets no time pass.
+    /// Computes all that follows from positions and speeds, without a step of time.
     pub fn update(&mut self) {
         // SAFETY: the state is one of the model.
         unsafe { bindings::mj_forward(self.model.as_ptr(), self.data.as_ptr()) };
     }
 
-    /// Lets a step of time pass.
+    /// Advances the simulation by a step of time.
     ///
     /// # Errors
-    /// MuJoCo's first warning in the simulation.
+    /// MuJoCo has warned since the simulation began. The error is the first such warning in the order of
+    /// `WARNINGS`.
     pub fn step(&mut self) -> Result<(), Warning> {
         // SAFETY: the state is one of the model.
         unsafe { bindings::mj_step(self.model.as_ptr(), self.data.as_ptr()) };
@@ -124,16 +126,17 @@ impl Simulation {
     }
 
     fn model(&self) -> &mjModel {
-        // SAFETY: it lives as long as this, and whoever changes it has an exclusive reference.
+        // SAFETY: the model lives as long as `self`, and it is changed only through an exclusive reference.
         unsafe { self.model.as_ref() }
     }
 
     fn data(&self) -> &mjData {
-        // SAFETY: it lives as long as this, and whoever changes it has an exclusive reference.
+        // SAFETY: the state lives as long as `self`, and it is changed only through an exclusive reference.
         unsafe { self.data.as_ref() }
     }
 
-    /// Of free joints three numbers and a quaternion, of hinges an angle in rad, in the order of the model.
+    /// The positions, in the order of the model: three numbers and a quaternion for a free joint, an angle in
+    /// rad for a hinge.
     pub fn positions(&self) -> &[f64] {
         // SAFETY: the model says how many there are.
         unsafe { slice::from_raw_parts(self.data().qpos, self.model().nq as usize) }
@@ -144,7 +147,8 @@ impl Simulation {
         unsafe { slice::from_raw_parts_mut(self.data().qpos, self.model().nq as usize) }
     }
 
-    /// Of free joints six numbers, of hinges one, in the order of the model: m/s and rad/s.
+    /// The speeds, in the order of the model: six numbers for a free joint, one for a hinge, in m/s and
+    /// rad/s.
     pub fn speeds(&self) -> &[f64] {
         // SAFETY: the model says how many there are.
         unsafe { slice::from_raw_parts(self.data().qvel, self.model().nv as usize) }
@@ -167,13 +171,13 @@ impl Simulation {
         unsafe { slice::from_raw_parts_mut(self.model().dof_frictionloss, self.model().nv as usize) }
     }
 
-    /// What the sensors read, in the order of the model.
+    /// The readings of the sensors, in the order of the model.
     pub fn sensors(&self) -> &[f64] {
         // SAFETY: the model says how many there are.
         unsafe { slice::from_raw_parts(self.data().sensordata, self.model().nsensordata as usize) }
     }
 
-    /// Where a body is, and how it is turned. The world itself is body 0.
+    /// The position and rotation of a body. The world itself is body 0.
     pub fn pose(&self, body: usize) -> (DVec3, DQuat) {
         let bodies = self.model().nbody as usize;
         // SAFETY: the model says how many there are.
@@ -187,7 +191,7 @@ impl Simulation {
         (DVec3::from_slice(&positions[3 * body..]), DQuat::from_xyzw(x, y, z, w))
     }
 
-    /// How fast a body moves where its point `at` of the world is, in m/s.
+    /// The velocity of a body at the point `at` of the world, in m/s.
     pub fn velocity(&self, body: usize, at: DVec3) -> DVec3 {
         let bodies = self.model().nbody as usize;
         // SAFETY: the model says how many bodies there are, and each body's root is one of them.
@@ -198,13 +202,13 @@ impl Simulation {
                 slice::from_raw_parts(self.model().body_rootid, bodies)[body] as usize,
             )
         };
-        // MuJoCo has it about the centre of mass of the tree that the body is a part of.
+        // MuJoCo gives the velocity at the centre of mass of the tree to which the body belongs.
         let turning = DVec3::from_slice(&velocities[6 * body..]);
         let moving = DVec3::from_slice(&velocities[6 * body + 3..]);
         moving + turning.cross(at - DVec3::from_slice(&centres[3 * root..]))
     }
 
-    /// The contacts of the last step that bear a force.
+    /// The contacts of the last step that are part of the solver's constraints.
     pub fn contacts(&self) -> impl Iterator<Item = Contact> {
         let data = self.data();
         let contacts = match data.ncon {
@@ -214,7 +218,7 @@ impl Simulation {
         };
         (0..).zip(contacts).filter(|(_, contact)| contact.efc_address >= 0).map(|(index, contact)| {
             let mut force = [0.0; 6];
-            // SAFETY: there is a contact of this index, and six numbers come of it.
+            // SAFETY: there is a contact with this index, and the result has six numbers.
             unsafe {
                 bindings::mj_contactForce(self.model.as_ptr(), self.data.as_ptr(), index, force.as_mut_ptr());
             }
@@ -228,8 +232,8 @@ impl Simulation {
         })
     }
 
-    /// Holds two bodies together: the point `point` of the first, and that of the second, are one, and the
-    /// second is turned by `turn` against the first. `weld` is the constraint's index.
+    /// Holds two bodies together so that their `points` coincide and the second body is turned by `turn`
+    /// against the first. `weld` is the constraint's index.
     pub fn weld(&mut self, weld: usize, bodies: [usize; 2], points: [DVec3; 2], turn: DQuat) {
         const ROW: usize = bindings::mjNEQDATA as usize;
         let model = self.model();
@@ -256,7 +260,7 @@ impl Simulation {
         active[weld] = true;
     }
 
-    /// Lets go of what is held by a weld.
+    /// Releases the bodies that a weld holds.
     pub fn release(&mut self, weld: usize) {
         let welds = self.model().neq as usize;
         // SAFETY: the model says how many there are, and the reference is exclusive.
@@ -266,7 +270,7 @@ impl Simulation {
 
 impl Drop for Simulation {
     fn drop(&mut self) {
-        // SAFETY: nobody else has them.
+        // SAFETY: there are no other pointers to model and state.
         unsafe {
             bindings::mj_deleteData(self.data.as_ptr());
             bindings::mj_deleteModel(self.model.as_ptr());
@@ -274,11 +278,11 @@ impl Drop for Simulation {
     }
 }
 
-/// Keeps MuJoCo from writing warnings to a file: whoever steps is told of them.
+/// Keeps MuJoCo from writing warnings to a file: [`Simulation::step`] returns them.
 fn keep_quiet() {
     extern "C" fn ignore(_: *const c_char) {}
     static ONCE: Once = Once::new();
-    // SAFETY: MuJoCo reads it when it warns, and all models are made after this.
+    // SAFETY: MuJoCo reads the pointer only when it warns, and every model is made after this.
     ONCE.call_once(|| unsafe { bindings::mju_user_warning = Some(ignore) });
 }
 
@@ -296,7 +300,7 @@ mod tests {
         simulation
     }
 
-    /// The time of a swing to and fro, from one crossing of the middle to the next but one.
+    /// The period of a swing, from one crossing of the middle to the next in the same direction.
     fn period(angle: f64) -> f64 {
         let mut simulation = pendulum(angle);
         let mut crossings = Vec::new();
@@ -313,7 +317,7 @@ mod tests {
 
     /// By the arithmetic-geometric mean (Gauss): exact for any angle.
     fn formula(angle: f64) -> f64 {
-        // About the end: of a box, and Steiner's share.
+        // The inertia of a box about its end, by Steiner's theorem.
         let [mass, edge, height] = [0.3, 0.02_f64, 0.5_f64];
         let inertia = mass * ((edge * edge + height * height) / 12.0 + height * height / 4.0);
         let (mut one, mut other) = (1.0, (angle / 2.0).cos());

@@ -8,20 +8,21 @@ use crate::model::{self, MILLI};
 use crate::mujoco::Simulation;
 use crate::world::{Face, STEP_SECONDS};
 
-/// A dock that holds another. It begins where the docks are, and pulls them to where they fit.
+/// Two docks that hold each other. A weld begins with the docks where they are, and pulls them until they
+/// fit.
 pub struct Weld {
     pub faces: [Face; 2],
     /// The middles of the faces in the frames of their bodies, in m.
     points: [DVec3; 2],
-    /// How the second body is turned against the first where the docks fit.
+    /// The rotation of the second body against the first at which the docks fit.
     turn: DQuat,
-    /// Where the second dock began, seen from where it fits: in m, in the frame of the first body.
+    /// The initial offset of the second dock from where it fits, in m, in the frame of the first body.
     off: DVec3,
-    /// How the second body was turned then.
+    /// The initial rotation of the second body against the first.
     turned: DQuat,
-    /// How much of that is left, of 1.
+    /// The fraction of the initial offset and rotation that is left, from 1 to 0.
     left: f64,
-    /// How much is pulled in a step.
+    /// The fraction that is pulled in a step.
     rate: f64,
 }
 
@@ -42,7 +43,7 @@ impl Weld {
         Weld { faces, points, turn, off, turned, left: 1.0, rate: STEP_SECONDS / seconds }
     }
 
-    /// Whether it still pulls.
+    /// Whether the weld still pulls.
     pub fn pulls(&self) -> bool {
         self.left > 0.0
     }
@@ -65,13 +66,13 @@ impl Weld {
         self.hold(simulation, index);
     }
 
-    /// Holds the docks as far from where they fit as they have been pulled, as the constraint `index`.
+    /// Holds the docks at the part of the offset that is left, as the constraint `index`.
     fn hold(&self, simulation: &mut Simulation, index: usize) {
         let points = [self.points[0] + self.off * self.left, self.points[1]];
         simulation.weld(index, bodies(self.faces), points, self.turn.slerp(self.turned, self.left));
     }
 
-    /// How far the docks are from where they fit: in mm, and in degrees.
+    /// The error of the docks against where they fit, in mm and in degrees.
     pub fn error(&self, simulation: &Simulation) -> (f64, f64) {
         let [one, other] = bodies(self.faces).map(|body| frame(simulation, body));
         let apart = one.transform_point3(self.points[0]) - other.transform_point3(self.points[1]);
@@ -80,7 +81,7 @@ impl Weld {
     }
 }
 
-/// The halves that have these docks.
+/// The bodies of the halves that have these docks.
 fn bodies(faces: [Face; 2]) -> [usize; 2] {
     faces.map(|face| model::half(face.module, face.dock.half()))
 }

@@ -1,4 +1,4 @@
-//! The world: modules, what holds them together, and the ground.
+//! The world: modules, the welds that hold them together, and the ground.
 
 use std::fmt;
 
@@ -21,17 +21,18 @@ use crate::weld::{self, Weld};
 /// A step, in s.
 pub const STEP_SECONDS: f64 = 1e-3;
 
-/// A joint that turns faster than this has exploded, in rad/s: 20 times what its motor turns without load.
+/// A joint that turns at this speed or faster shows that the simulation has exploded, in rad/s: 20 times the
+/// speed of its motor without load.
 const WILD: f64 = 28.0;
 
-/// Docks that hold each other and are farther apart than this, in mm, have not come together. Those that have
-/// are off by tenths of one.
+/// Docks that hold each other and are farther apart than this, in mm, have not come together. Docks that have
+/// are off by tenths of a millimetre.
 const APART: f64 = 20.0;
 
-/// What is no deeper in something than this touches it, in m.
+/// A module that is no deeper in an obstacle than this, in m, only touches it.
 const TOUCH: f64 = 1e-3;
 
-/// How often a robot is raised at most until it is in nothing.
+/// The most times that a robot is raised until it is not inside an obstacle any more.
 const RAISES: usize = 100;
 
 /// A dock of a module.
@@ -47,7 +48,7 @@ impl fmt::Display for Face {
     }
 }
 
-/// A module at the beginning: its frame, in mm, the angles of its joints, and what it is made of.
+/// A module at the beginning: its frame, in mm, the angles of its joints, in degrees, and its make.
 #[derive(Clone, Copy, Debug)]
 pub struct Placed {
     pub frame: DAffine3,
@@ -55,7 +56,7 @@ pub struct Placed {
     pub make: Make,
 }
 
-/// Why there is no such world.
+/// Why a world can't be made.
 #[derive(Debug, Error)]
 pub enum WorldError {
     #[error("a world needs a module at least")]
@@ -71,31 +72,30 @@ pub enum WorldError {
 /// Modules in a physical world.
 pub struct World {
     simulation: Simulation,
-    /// By module, that of each of its joints.
+    /// By module, the motor of each of its joints.
     motors: Vec<Motor>,
     /// Geoms of the ground, before those of the modules.
     ground_geoms: usize,
-    /// By constraint.
+    /// By the index of the constraint.
     welds: Vec<Option<Weld>>,
     steps: u64,
-    /// By module, the force that pushes it, in N, and for how many steps yet.
+    /// By module, the force that pushes it, in N, and the number of steps that are left.
     pushes: Vec<([f64; 3], u32)>,
     odometer: Odometer,
     history: History,
 }
 
 impl World {
-    /// A world with these modules on `ground`, at rest, attached to nothing. The lowest of them touches the
+    /// A world with these modules on `ground`, at rest, attached to nothing. The lowest module touches the
     /// ground.
     ///
     /// # Errors
-    /// There is no module; one lies where something stands on the ground; or MuJoCo does not take what was
-    /// made of them.
+    /// There is no module; a module lies inside an obstacle; or MuJoCo does not accept the model.
     pub fn new(modules: &[Placed], ground: &Ground) -> Result<Self, WorldError> {
         if modules.is_empty() {
             return Err(WorldError::Empty);
         }
-        // Whatever the linker thinks of them, they have to be there.
+        // The use of the addresses keeps the linker from dropping the functions of `libm`.
         assert!(std::hint::black_box(libm::bound()).all(|function| function != 0));
         let text = model::text(modules, ground).map_err(|error| WorldError::Model(error.to_string()))?;
         let mut simulation = Simulation::new(&text).map_err(WorldError::Model)?;
@@ -123,16 +123,16 @@ impl World {
         Ok(world)
     }
 
-    /// Lets a millisecond pass, with so many volts at the motors of each module.
+    /// Advances the world by a millisecond, with `volts` at the motors of each module.
     ///
     /// # Errors
-    /// The world can't go on: what has come of it is no physics.
+    /// The world can't continue, because its state is not physical any more.
     pub fn step(&mut self, volts: &[[f64; 3]]) -> Result<(), Trouble> {
         for (module, (volts, motor)) in volts.iter().zip(&self.motors).enumerate() {
             for (hinge, volts) in volts.iter().enumerate() {
                 let place = SPEEDS * module + HINGE_SPEED + hinge;
                 let speed = self.simulation.speeds()[place];
-                // What the joint's speed takes from it is the model's damping.
+                // The torque at standstill: the model's damping has the part that depends on speed.
                 self.simulation.forces_mut()[place] = motor.torque(motor.amperes(*volts, 0.0));
                 self.simulation.friction_mut()[place] = motor.friction(speed);
             }
@@ -162,7 +162,7 @@ impl World {
         Ok(())
     }
 
-    /// Has the history keep what has come of a step.
+    /// Keeps the result of a step in the history.
     fn keep(&mut self, volts: &[[f64; 3]]) {
         let [positions, speeds] = [self.simulation.positions(), self.simulation.speeds()];
         let joints = volts.iter().enumerate().map(|(module, volts)| {
@@ -175,8 +175,9 @@ impl World {
         self.history.keep(joints);
     }
 
-    /// What a step has made: all is solved at once, so all numbers may be none, and the index is that of the
-    /// first.
+    /// The trouble of a step with a warning. The solver computes all at once, so all numbers may be invalid,
+    /// and the warning's index is only the first. The joint that turned fastest is named instead, if it is
+    /// known.
     fn broken(&self, warning: Warning) -> Trouble {
         match self.history.wildest() {
             Some((module, hinge)) => self.trouble(module, Some(hinge), warning.what.into()),
@@ -184,7 +185,7 @@ impl World {
         }
     }
 
-    /// The number with this index is none.
+    /// The trouble of the number with the warning's index.
     fn named(&self, Warning { what, index }: Warning) -> Trouble {
         let (numbers, hinges) =
             if what.contains("position") { (POSITIONS, HINGE_POSITION) } else { (SPEEDS, HINGE_SPEED) };
@@ -211,7 +212,7 @@ impl World {
         Trouble { seconds: self.seconds(), place: model::name(body), what, last }
     }
 
-    /// No joint turns as none can.
+    /// Checks that no joint turns at an impossible speed.
     fn expect_calm(&self) -> Result<(), Trouble> {
         let speeds = self.simulation.speeds();
         if let Some(index) = speeds.iter().position(|speed| !speed.is_finite()) {
@@ -226,7 +227,8 @@ impl World {
         }
     }
 
-    /// Two docks take hold of each other where they are, and pull until they fit. What they held they let go.
+    /// Lets two docks take hold of each other where they are, and pull until they fit. They release the docks
+    /// that they held before.
     pub fn attach(&mut self, one: Face, other: Face) {
         self.detach(one);
         self.detach(other);
@@ -235,7 +237,7 @@ impl World {
         self.welds[index].insert(weld).pull(&mut self.simulation, index);
     }
 
-    /// A dock lets go of the other.
+    /// Releases a dock from the one that it holds.
     pub fn detach(&mut self, face: Face) {
         let holds = |weld: &Option<Weld>| weld.as_ref().is_some_and(|weld| weld.faces.contains(&face));
         if let Some(index) = self.welds.iter().position(holds) {
@@ -244,14 +246,14 @@ impl World {
         }
     }
 
-    /// A module is pushed from now on for so many milliseconds, by these newtons along x, y and z, and by
-    /// nothing else that pushed it before.
+    /// Pushes a module from now on for `milliseconds`, with a force of `newtons` along x, y and z. This
+    /// replaces an earlier push.
     pub fn push(&mut self, module: usize, newtons: [f64; 3], milliseconds: u32) {
         self.pushes[module] = (newtons, milliseconds);
     }
 
-    /// Two modules change places. Each is bent as the other was, as somebody has to bend it so that it fits
-    /// there; what held the one holds the other then.
+    /// Swaps two modules. Each gets the joint angles of the other, because it must be bent so to fit there.
+    /// The docks that held one module then hold the other.
     pub fn swap(&mut self, one: usize, other: usize) {
         swap(self.simulation.positions_mut(), POSITIONS, one, other);
         swap(self.simulation.speeds_mut(), SPEEDS, one, other);
@@ -263,14 +265,13 @@ impl World {
         self.simulation.update();
     }
 
-    /// Turns each body by so many degrees about the long axis that it began with, and lays it down where it
-    /// is.
+    /// Turns each body of modules by `degrees` about its initial long axis, and lays it down where it is.
     pub fn turn_over(&mut self, degrees: f64) {
         let bodies = self.bodies();
         bodies.iter().for_each(|body| self.turn(body, degrees));
         self.simulation.speeds_mut().fill(0.0);
         self.put_on_ground(&bodies);
-        // What stands on the ground may be in the way.
+        // An obstacle on the ground may be in the way.
         for _ in 0..RAISES {
             let deep: Vec<_> = bodies.iter().filter_map(|body| Some((body, self.deepest(body)?.1))).collect();
             if deep.is_empty() {
@@ -295,7 +296,7 @@ impl World {
         }
     }
 
-    /// The modules that hold each other, directly or by way of others, body by body.
+    /// The bodies: groups of modules that hold each other, directly or through others.
     fn bodies(&self) -> Vec<Vec<usize>> {
         let mut body_of: Vec<usize> = (0..self.modules()).collect();
         for weld in self.welds.iter().flatten() {
@@ -308,8 +309,8 @@ impl World {
         bodies
     }
 
-    /// Of these modules the one that is the deepest in what stands on the ground, and how deep, in m; `None`
-    /// if all but touch it.
+    /// The one of these modules that is deepest inside an obstacle, and its depth, in m; `None` if none is
+    /// deeper than [`TOUCH`].
     fn deepest(&self, modules: &[usize]) -> Option<(usize, f64)> {
         let standing = 1..self.ground_geoms;
         let contacts = self.simulation.contacts().filter(|contact| standing.contains(&contact.geoms[0]));
@@ -318,7 +319,7 @@ impl World {
         deep.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// The body that touches the ground.
+    /// The body of a module that touches the ground in a contact.
     fn body_of(&self, contact: &Contact) -> usize {
         contact.geoms[0].max(contact.geoms[1]) + 1 - self.ground_geoms
     }
@@ -327,7 +328,7 @@ impl World {
         model::module(self.body_of(contact))
     }
 
-    /// Raises or lowers each of these bodies so that its lowest corner touches the ground.
+    /// Raises or lowers each of these bodies until its lowest corner touches the plane.
     fn put_on_ground(&mut self, bodies: &[Vec<usize>]) {
         self.simulation.update();
         for body in bodies {
@@ -338,7 +339,7 @@ impl World {
         self.simulation.update();
     }
 
-    /// Raises these modules, in m. An update of the simulation has to follow.
+    /// Raises these modules by `height`, in m. An update of the simulation has to follow.
     fn raise(&mut self, modules: &[usize], height: f64) {
         for module in modules {
             self.simulation.positions_mut()[POSITIONS * module + 2] += height;
@@ -354,7 +355,7 @@ impl World {
         })
     }
 
-    /// How long the robot is along x, in m.
+    /// The length of the robot along x, in m.
     pub fn length(&self) -> f64 {
         let corners = (0..self.modules()).flat_map(|module| self.corners_of(module));
         let (least, most) = corners.fold((f64::INFINITY, f64::NEG_INFINITY), |(least, most), corner| {
@@ -363,12 +364,12 @@ impl World {
         most - least
     }
 
-    /// How many modules there are.
+    /// The number of modules.
     pub fn modules(&self) -> usize {
         self.motors.len()
     }
 
-    /// Since the beginning.
+    /// The time since the beginning, in s.
     pub fn seconds(&self) -> f64 {
         self.steps as f64 * STEP_SECONDS
     }
@@ -379,14 +380,14 @@ impl World {
         [0, 1, 2].map(|hinge| self.simulation.positions()[place + hinge])
     }
 
-    /// How fast a module's joints turn, in rad/s.
+    /// The speeds of a module's joints, in rad/s.
     pub fn speeds(&self, module: usize) -> [f64; 3] {
         let place = SPEEDS * module + HINGE_SPEED;
         [0, 1, 2].map(|hinge| self.simulation.speeds()[place + hinge])
     }
 
-    /// What an accelerometer without a filter reads in the half with the Front dock, along x, y and z of
-    /// that, in multiples of the acceleration of gravity.
+    /// The reading of an accelerometer without a filter in the half with the Front dock, along x, y and z of
+    /// that half, in multiples of the acceleration of gravity.
     pub fn acceleration(&self, module: usize) -> [f64; 3] {
         [0, 1, 2].map(|axis| self.simulation.sensors()[3 * module + axis] / GRAVITY)
     }
@@ -402,13 +403,13 @@ impl World {
         DAffine3 { translation: frame.translation / MILLI, ..frame }
     }
 
-    /// The docks that hold each other and are the farthest apart, and how far, in mm.
+    /// The pair of docks that hold each other and are the farthest apart, and their distance, in mm.
     fn farthest(&self) -> Option<([Face; 2], f64)> {
         let apart = self.welds.iter().flatten().map(|weld| (weld.faces, weld.error(&self.simulation).0));
         apart.max_by(|one, other| one.1.total_cmp(&other.1))
     }
 
-    /// The most by which docks that are attached are off: in mm, and in degrees.
+    /// The largest errors of docks that are attached, in mm and in degrees.
     pub fn dock_error(&self) -> (f64, f64) {
         let errors = self.welds.iter().flatten().map(|weld| weld.error(&self.simulation));
         errors.fold((0.0, 0.0), |(far, turned), (mm, degrees)| (far.max(mm), turned.max(degrees)))
@@ -420,7 +421,7 @@ impl World {
         DAffine3 { translation: frame.translation / MILLI, ..frame }
     }
 
-    /// Where a module has its middle, in m.
+    /// The middle of a module, in m.
     pub fn place(&self, module: usize) -> DVec3 {
         self.simulation.pose(model::root(module)).0
     }
@@ -440,7 +441,7 @@ impl World {
         modules.iter().map(|&module| self.place(module)).sum::<DVec3>() / modules.len() as f64
     }
 
-    /// The axes of all bodies as seen from above.
+    /// The axes of all bodies, seen from above.
     pub(crate) fn axes(&self) -> Vec<[f64; 2]> {
         let turns =
             (0..model::BODIES * self.modules()).map(|body| self.simulation.pose(model::root(0) + body).1);
@@ -450,12 +451,13 @@ impl World {
             .collect()
     }
 
-    /// How the robot has moved so far.
+    /// The motion of the robot so far.
     pub fn motion(&self) -> Motion {
         self.odometer.motion(self)
     }
 
-    /// Of each contact with the ground the normal force, in N, and how fast the module slides there, in m/s.
+    /// For each contact with the ground, the normal force, in N, and the speed at which the module slides
+    /// there, in m/s.
     pub(crate) fn slides(&self) -> impl Iterator<Item = (f64, f64)> {
         self.simulation.contacts().map(|contact| {
             let velocity = self.simulation.velocity(self.body_of(&contact), contact.position);
@@ -464,13 +466,13 @@ impl World {
         })
     }
 
-    /// The numbers that make up its state.
+    /// The numbers that make up the world's state.
     pub fn state(&self) -> impl Iterator<Item = f64> {
         self.simulation.positions().iter().chain(self.simulation.speeds()).copied()
     }
 }
 
-/// Exchanges two pieces of so many numbers.
+/// Swaps two blocks of `length` numbers.
 fn swap(numbers: &mut [f64], length: usize, one: usize, other: usize) {
     for index in 0..length {
         numbers.swap(length * one + index, length * other + index);

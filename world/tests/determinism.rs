@@ -1,4 +1,4 @@
-//! Equal runs are equal to the bit.
+//! Tests that a run is reproducible to the bit.
 
 mod common;
 
@@ -7,10 +7,10 @@ use std::process::Command;
 
 use common::{chain, hash, run};
 
-/// Set in a process that only tells its hash.
+/// The environment variable of a process that only prints its hash.
 const TELLS: &str = "SUPERBOT_WORLD_TELLS";
 
-/// The hash of a chain that has wound itself about on the ground.
+/// The hash of a chain that has wound on the ground.
 fn wound() -> u64 {
     let mut world = chain(8);
     for volts in [[4.0, -2.0, -4.0], [-5.0, 3.0, 1.0], [2.0, 5.0, 5.0]] {
@@ -42,6 +42,6 @@ fn the_c_librarys_choice_of_functions_makes_no_difference() {
     };
     let usual = told("");
     assert!(usual.is_some(), "the process tells its hash");
-    // Without fused multiply-add glibc takes other implementations of sin, cos, exp, pow.
+    // Without fused multiply-add, glibc selects other implementations of sin, cos, exp, pow.
     assert_eq!(usual, told("glibc.cpu.hwcaps=-FMA,-FMA4,-AVX2,-AVX2_Usable,-FMA_Usable"));
 }

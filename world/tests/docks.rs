@@ -1,4 +1,4 @@
-//! Docks that hold each other.
+//! Tests docks that hold each other.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! The world against closed formulas.
+//! Compares the world with closed formulas.
 
 mod common;
 
@@ -67,8 +67,8 @@ fn below_the_angle_of_friction_it_stays() {
     assert!(on_slope(slope).motion().distance.abs() < 1e-3, "{:?}", on_slope(slope).motion());
 }
 
-/// The inertia that the motor of the roll turns in a module that floats: that of the gear, and those of two
-/// equal halves against each other.
+/// The inertia that the motor of the roll turns in a floating module: that of the gear, and that of two equal
+/// halves against each other.
 fn inertia() -> f64 {
     let edge = (EDGE - 2.0 * SHELL) * 1e-3;
     let half = MODULE_MASS / 2.0 * (edge * edge + edge * edge) / 12.0;

@@ -1,4 +1,4 @@
-//! What stands on the ground, and what differs from module to module.
+//! Tests obstacles on the ground, and properties that differ from module to module.
 
 mod common;
 
@@ -44,7 +44,7 @@ fn a_robot_in_something_is_refused() {
 
 #[test]
 fn who_is_turned_over_on_a_step_is_laid_onto_it() {
-    // Its front half lies on the step, its other half hangs over the edge.
+    // The front half of the second module lies on the step, the other half hangs over the edge.
     let steps = Some(Steps { from: 1.0, height: 0.05, length: 1.0, number: 1 });
     let ground = Ground { steps, ..Ground::default() };
     let mut world = World::new(&[at(0.0, 0.0, 0.0), at(1030.0, 0.0, 60.0)], &ground).unwrap();
@@ -99,7 +99,7 @@ fn a_joint_turns_by_its_own_motor() {
         world.angles(1)[1]
     };
     let usual = Motor::default();
-    // At a given current: a motor of more torque is slower where nothing bears on it.
+    // At a given current, a motor with more torque is slower without load.
     let strong = Motor { stall_torque: 1.25 * usual.stall_torque, ..usual };
     let rough = Motor { sliding_friction: 3.0 * usual.sliding_friction, ..usual };
     let angles = [usual, strong, rough].map(turned);

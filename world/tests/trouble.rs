@@ -1,4 +1,4 @@
-//! A world that breaks says when and where.
+//! Tests that a world that breaks reports when and where.
 
 mod common;
 
@@ -40,7 +40,7 @@ fn a_load_that_nothing_bears_breaks_the_world_and_the_last_100_ms_are_told() {
         (1..=10).rev().map(|it| 10.0 * f64::from(it)).chain((0..10).rev().map(f64::from)).collect();
     assert!(before.iter().zip(&expected).all(|(one, other)| (one - other).abs() < 1e-6), "{before:?}");
     assert_eq!(before.len(), expected.len());
-    // The angles are what the speeds make of them.
+    // The angles follow from the speeds.
     for pair in trouble.last[11..].windows(2) {
         let turned = pair[1].degrees - pair[0].degrees;
         let (least, most) =
@@ -70,7 +70,7 @@ fn a_world_without_modules_is_refused() {
     assert!(matches!(World::new(&[], &Ground::default()), Err(WorldError::Empty)));
 }
 
-/// All that hangs together is solved at once: where one of it is wild, so are all.
+/// The solver computes connected joints at once: if one turns impossibly fast, all do.
 #[test]
 fn of_many_joints_that_turn_as_none_can_the_fastest_is_named() {
     for volts in [1e6, 1e12] {
@@ -81,7 +81,7 @@ fn of_many_joints_that_turn_as_none_can_the_fastest_is_named() {
     }
 }
 
-/// What the solver makes of one number that is none, all have.
+/// The solver spreads one invalid number to all.
 #[test]
 fn where_no_number_is_left_the_joint_that_was_the_fastest_before_is_named() {
     let mut world = chain(3);

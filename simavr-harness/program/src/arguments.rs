@@ -1,4 +1,4 @@
-//! What can be asked on the command line.
+//! The command line.
 
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
@@ -125,7 +125,7 @@ pub struct Sim {
 }
 
 impl Sim {
-    /// What executes the images.
+    /// The interpreter that executes the images.
     pub fn core(&self) -> CoreName {
         self.core.unwrap_or(CoreName::Decoded)
     }
@@ -247,7 +247,7 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// For how long something runs, in s.
+    /// The length of a run, in s.
     pub fn seconds(&self) -> u64 {
         self.seconds.unwrap_or(60)
     }
@@ -299,7 +299,7 @@ pub fn cores() -> usize {
     std::thread::available_parallelism().map_or(1, NonZeroUsize::get)
 }
 
-/// On how many threads a robot runs unless somebody says so.
+/// The number of threads on which a robot runs by default.
 pub fn usual_threads() -> usize {
     cores().min(MOST_THREADS)
 }
@@ -334,7 +334,7 @@ fn at(text: &str) -> Result<f64, String> {
 
 fn probability(text: &str) -> Result<f64, String> {
     match text.parse() {
-        // Of two zeros the one without a sign: else they are two runs of a campaign.
+        // -0 becomes 0: otherwise the two would be different runs of a campaign.
         Ok(probability) if (0.0..=1.0).contains(&probability) => Ok(f64::abs(probability)),
         _ => Err("give a probability from 0 to 1".into()),
     }

@@ -42,7 +42,7 @@ pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
 
 struct Report {
     measured: Vec<Measured>,
-    /// Where the longest masked windows begin, a line each.
+    /// The places where the longest masked windows begin, a line each.
     masked: Vec<String>,
 }
 
@@ -63,7 +63,7 @@ impl Report {
         found.ok_or_else(|| format!("there is no figure {name}; `./x bench` prints their names"))
     }
 
-    /// Each figure with what was measured of it.
+    /// Each figure with its measured value.
     fn lines(&self) -> impl Iterator<Item = (&'static Figure, Option<&Measured>)> {
         FIGURES
             .iter()

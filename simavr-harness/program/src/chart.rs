@@ -1,4 +1,4 @@
-//! Curves over a common axis, as SVG.
+//! Draws curves over a common axis, as SVG.
 
 use std::error::Error;
 use std::ops::Range;
@@ -7,7 +7,7 @@ use plotters::prelude::*;
 
 use super::dark::for_any_page;
 
-/// One after the other; then again. A dark page has others in their place.
+/// The colours of curves, used in turn. A dark page replaces them.
 pub const COLOURS: [RGBColor; 6] = [
     RGBColor(9, 105, 218),
     RGBColor(207, 34, 46),
@@ -20,7 +20,7 @@ pub const COLOURS: [RGBColor; 6] = [
 pub const FONT: (&str, u32) = ("sans-serif", 14);
 
 pub struct Chart<'a> {
-    /// What stands at the axes.
+    /// The labels of the axes.
     pub x: &'a str,
     pub y: &'a str,
     pub curves: &'a [Curve],
@@ -29,12 +29,12 @@ pub struct Chart<'a> {
 }
 
 pub struct Curve {
-    /// In the legend; none if this is empty.
+    /// Its label in the legend. Without a label the curve is not in the legend.
     pub label: String,
     pub points: Vec<Point>,
 }
 
-/// A point, and how far up and down others lie for which it stands.
+/// A point, and the range of the values for which it stands.
 pub struct Point {
     pub x: f64,
     pub y: f64,
@@ -49,10 +49,10 @@ impl Point {
 }
 
 impl Chart<'_> {
-    /// The chart, light or dark as the page is that shows it.
+    /// The chart, light or dark like the page that shows it.
     ///
     /// # Errors
-    /// It has no points, or can't be drawn.
+    /// The chart has no points, or can't be drawn.
     pub fn svg(&self) -> Result<String, Box<dyn Error>> {
         let points = || self.curves.iter().flat_map(|curve| &curve.points);
         if points().next().is_none() {
@@ -62,7 +62,7 @@ impl Chart<'_> {
         let smallest = |of: fn(&Point) -> f64| points().map(of).fold(f64::INFINITY, f64::min);
         let xs = around(smallest(|point| point.x), largest(|point| point.x));
         let ys = around(smallest(|point| point.low).min(0.0), largest(|point| point.high));
-        // The legend stands above what is plotted.
+        // The legend is above the curves.
         let labels = self.curves.iter().filter(|curve| !curve.label.is_empty()).count();
         let legend = if labels > 0 { (0.06 * (1 + labels) as f64).min(0.7) } else { 0.0 };
         let ys = ys.start..ys.end + (ys.end - ys.start) * legend / (1.0 - legend);
@@ -114,7 +114,7 @@ impl Chart<'_> {
     }
 }
 
-/// From `least` to `most` and somewhat more.
+/// The range from `least` to `most`, with some space at both ends.
 fn around(least: f64, most: f64) -> Range<f64> {
     let room = 0.05 * (most - least);
     let room = if room > 0.0 { room } else { 1.0 };

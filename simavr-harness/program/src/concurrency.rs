@@ -1,4 +1,5 @@
-//! The program behind `./x bench concurrency`: tasks against one loop, as a table, as JSON, and as a plot.
+//! The program behind `./x bench concurrency`: compares tasks with one loop, as a table, as JSON, and as a
+//! plot.
 
 use std::error::Error;
 use std::fmt;
@@ -15,7 +16,7 @@ pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Resu
     let svg = svg.map(|path| Destination::besides(destination.as_ref(), path, None, "--svg")).transpose()?;
     let figures = concurrency::measure(&options.images, options.seconds())?;
     let plotted = svg.map(|svg| svg.write_text(&concurrency_plot::plot(&figures)?)).transpose();
-    // Where the plot can't be written any more, the figures are told all the same.
+    // The figures are printed even if the plot can't be written.
     tell(destination, &Report(figures))?;
     plotted.map(|_| ())
 }
@@ -24,7 +25,7 @@ pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Resu
 #[serde(transparent)]
 struct Report(Concurrency);
 
-/// What the case is called in tables.
+/// The name of a case in tables.
 pub fn title(case: Case) -> &'static str {
     match case {
         Case::Control => "joints alone",
@@ -38,7 +39,7 @@ pub fn title(case: Case) -> &'static str {
     }
 }
 
-/// How the program is called there.
+/// The name of a style in tables.
 pub fn name(style: Style) -> &'static str {
     match style {
         Style::Tasks => "tasks",
@@ -85,7 +86,7 @@ impl fmt::Display for Report {
     }
 }
 
-/// Two lines of these are above the rows.
+/// Writes one of the two heading lines above the rows.
 fn head(f: &mut fmt::Formatter, control: [&str; 6], rest: [&str; 6]) -> fmt::Result {
     let [missed, done, strays, bytes, repeated, hormones] = control;
     let [hop, edges, answer, late, cpu, resets] = rest;

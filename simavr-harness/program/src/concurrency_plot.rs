@@ -1,4 +1,4 @@
-//! Tasks against one loop as a plot: what took longest, case by case.
+//! Plots tasks against one loop: the longest times, case by case.
 
 use std::error::Error;
 use std::ops::Range;
@@ -16,24 +16,25 @@ const LOOP: RGBColor = COLOURS[1];
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// What took longest.
+/// A panel for one of the longest times.
 struct Panel {
     caption: &'static str,
-    /// In us, where the case has it.
+    /// The time in us; `None` if the case does not have it.
     of: fn(&Row) -> Option<f64>,
-    /// What it must not exceed, in ms.
+    /// The limit that it must not exceed, in ms.
     limit: Option<f64>,
 }
 
 /// The range of all panels, in ms.
 const RANGE: Range<f64> = 0.1..300.0;
 
-/// `longest`, unless resets left some without an answer, whose time it would not tell of.
+/// `longest`, unless there were resets. They leave some edges or hormones without an answer, whose time is
+/// not in `longest`.
 fn answered(row: &Row, longest: Option<f64>) -> Option<f64> {
     longest.filter(|_| row.resets == 0)
 }
 
-/// The figures as SVG, light or dark as the page is that shows it.
+/// The figures as SVG, light or dark like the page that shows it.
 pub fn plot(figures: &Concurrency) -> Result<String, Box<dyn Error>> {
     let panels = [
         Panel {
@@ -59,7 +60,7 @@ pub fn plot(figures: &Concurrency) -> Result<String, Box<dyn Error>> {
     for_any_page(svg)
 }
 
-/// The pixels of a panel above and below what is plotted.
+/// The pixels of a panel above and below the plotted area.
 const ABOVE: i32 = 40;
 const BELOW: i32 = 50;
 
@@ -69,7 +70,7 @@ fn height(case: usize, area: &Area) -> i32 {
     ABOVE + (2 * case as i32 + 1) * (height as i32 - ABOVE - BELOW) / (2 * Case::ALL.len() as i32)
 }
 
-/// The names of the cases, and of the colours.
+/// Draws the names of the cases and of the colours.
 fn label(area: &Area) -> Result<(), Box<dyn Error>> {
     for (number, case) in Case::ALL.into_iter().enumerate() {
         area.draw(&Text::new(title(case), (12, height(number, area) - 7), FONT))?;

@@ -1,4 +1,4 @@
-//! What a run costs this computer.
+//! Measures the CPU time and memory that a run takes.
 
 use serde::Serialize;
 
@@ -7,26 +7,26 @@ use serde::Serialize;
 pub struct Cost {
     /// CPU time of all threads, in seconds.
     pub cpu_seconds: f64,
-    /// Of a module, for each second simulated, in milliseconds.
+    /// CPU time of a module for each simulated second, in milliseconds.
     pub cpu_ms_per_module: f64,
-    /// Memory at most, in bytes, without what the program takes before it has a robot; `None` where the
-    /// system does not tell.
+    /// The most memory, in bytes, beyond what the program takes before it has a robot; `None` if the
+    /// system does not report it.
     pub memory_bytes: Option<u64>,
 }
 
-/// What the process has used so far.
+/// The CPU time and memory that the process has used so far.
 pub struct Used {
     cpu_seconds: f64,
     memory_bytes: Option<u64>,
 }
 
 impl Used {
-    /// Up to now.
+    /// The use up to now.
     pub fn now() -> Self {
         Used { cpu_seconds: cpu_seconds(), memory_bytes: memory("VmRSS:") }
     }
 
-    /// What came to it for a robot of so many modules, run for so many seconds.
+    /// The cost since `self` of a robot of `modules` modules that ran for `seconds` seconds.
     pub fn since(&self, modules: usize, seconds: f64) -> Cost {
         let cpu_seconds = cpu_seconds() - self.cpu_seconds;
         let most = memory("VmHWM:").zip(self.memory_bytes);
@@ -40,12 +40,12 @@ impl Used {
 
 fn cpu_seconds() -> f64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
-    // SAFETY: the call writes one timespec, and there is one.
+    // SAFETY: the call writes one timespec, to which the pointer leads.
     unsafe { libc::clock_gettime(libc::CLOCK_PROCESS_CPUTIME_ID, &raw mut time) };
     time.tv_sec as f64 + time.tv_nsec as f64 / 1e9
 }
 
-/// A line of Linux's account of this process, in bytes.
+/// A value of `/proc/self/status`, in bytes.
 fn memory(line: &str) -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let value = status.lines().find_map(|text| text.strip_prefix(line))?;

@@ -1,8 +1,8 @@
-//! Plots that are light or dark as the page is that shows them.
+//! Makes plots light or dark like the page that shows them.
 
 use std::error::Error;
 
-/// What a dark page has in place of a plot's white, black and colours.
+/// The style by which a dark page replaces a plot's white, black and colours.
 const DARK: &str = r##"<style>@media (prefers-color-scheme: dark) {
 [fill="#FFFFFF"] { fill: #0d1117 } [fill="#000000"] { fill: #e6edf3 } [stroke="#000000"] { stroke: #8c959f }
 [fill="#0969DA"] { fill: #58a6ff } [stroke="#0969DA"] { stroke: #58a6ff }
@@ -13,10 +13,10 @@ const DARK: &str = r##"<style>@media (prefers-color-scheme: dark) {
 [fill="#57606A"] { fill: #8b949e } [stroke="#57606A"] { stroke: #8b949e } }</style>
 "##;
 
-/// A plot with all that a dark page needs.
+/// Adds the style for dark pages to a plot.
 ///
 /// # Errors
-/// It is empty.
+/// The plot is empty.
 pub fn for_any_page(mut svg: String) -> Result<String, Box<dyn Error>> {
     let begin = svg.find("<rect").ok_or("the plot is empty")?;
     svg.insert_str(begin, DARK);

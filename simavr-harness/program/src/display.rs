@@ -1,4 +1,4 @@
-//! The robot as it runs: how far it is, and on a terminal a table of its modules.
+//! Displays the robot as it runs: its progress and, on a terminal, a table of its modules.
 
 use std::io::{self, IsTerminal};
 use std::time::{Duration, Instant};
@@ -10,23 +10,23 @@ use terminal::{Style, Term, truncate_str};
 use super::output::say;
 use super::table::{self, Row};
 
-/// The most lines of the table: what is above shall stay in sight.
+/// The most lines of the table, so that earlier output stays visible.
 const LINES: usize = 22;
 
-/// How often a display that is no terminal gets a progress line, in simulated seconds.
+/// Without a terminal, the interval between progress lines, in simulated seconds.
 const PROGRESS: f64 = 1.0;
 
-/// A terminal is drawn on no more often.
+/// The shortest interval between two drawings on a terminal.
 const DRAWN_EVERY: Duration = Duration::from_millis(100);
 
-/// How many characters the bar takes.
+/// The width of the bar, in characters.
 const BAR: usize = 20;
 
 /// A picture of the robot on the standard error, drawn over itself on a terminal.
 pub struct Display {
     is_on: bool,
     terminal: Option<Term>,
-    /// When it was drawn, and how many lines it has.
+    /// The time of the last drawing, and the number of its lines.
     drawn: Option<(Instant, usize)>,
     next_progress: f64,
 }
@@ -71,13 +71,13 @@ impl Display {
         }
     }
 
-    /// Leaves the last picture where it stands.
+    /// Keeps the last picture: the next one is drawn below it.
     pub fn finish(&mut self) {
         self.drawn = None;
     }
 }
 
-/// How much of the run is done, and how long the rest takes if it goes on like that.
+/// The progress of the run, and the time that the rest takes at the same pace.
 fn bar(done: f64, wall: Duration) -> String {
     let full = (done * BAR as f64) as usize;
     let left = wall.as_secs_f64() * (1.0 / done - 1.0);
@@ -85,7 +85,7 @@ fn bar(done: f64, wall: Duration) -> String {
     format!("[{}{}] {:3.0} %, {left},", "=".repeat(full), " ".repeat(BAR - full), 100.0 * done)
 }
 
-/// Draws `lines` over the `before` lines that were drawn last. A terminal that is gone is not drawn on.
+/// Draws `lines` over the `before` lines that were drawn last. Ignores a terminal that is gone.
 fn draw(terminal: &Term, before: usize, lines: &[String]) {
     let _ = terminal.clear_last_lines(before);
     let _ = terminal.write_line(&lines.join("\n"));
@@ -111,7 +111,7 @@ fn row(Run { robot, observer, .. }: &Run<impl Robot>, module: usize) -> Row {
     ]
 }
 
-/// The colours that the page of a run has for modules, as far as terminals have them.
+/// The colours of modules on the page of a run, as far as terminals have them.
 fn of_type(module_type: ModuleType) -> Style {
     let style = Style::new();
     match module_type {

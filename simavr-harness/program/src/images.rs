@@ -16,18 +16,18 @@ pub fn load_images(directory: &Path, core: CoreName) -> Result<Images, Box<dyn E
     Ok(Images { master: load("firmware-master.elf")?, slave: load("firmware-slave.elf")? })
 }
 
-/// What each module is flashed with.
+/// The images of all modules.
 pub struct Flashed {
     pub rest: Images,
-    /// By module, where the robot file names others.
+    /// The images of the modules for which the robot file names others, by module.
     pub others: BTreeMap<usize, Images>,
 }
 
 impl Flashed {
-    /// Loads all that a robot is flashed with, and looks whether modules can run with it.
+    /// Loads all images of a robot, and checks that modules can run with them.
     ///
     /// # Errors
-    /// What to do if not.
+    /// An image is missing, or modules can't run with it; the message says what to do.
     pub fn load(scenario: &Scenario, options: &Sim) -> Result<Self, Box<dyn Error>> {
         let core = options.core();
         let directory = match &options.robot {

@@ -13,21 +13,22 @@ use tempfile::{Builder, NamedTempFile};
 
 use super::output::print;
 
-/// Where a report goes.
+/// The destination of a report.
 pub enum Destination {
     StandardOutput,
     /// A device or a named pipe.
     Stream(PathBuf, File),
-    /// A file, which is there or not. It is written beside it first, so it is whole or as it was.
+    /// A file, which may exist already. The report is first written to a temporary file beside it, so the
+    /// file is either complete or unchanged.
     File(PathBuf),
 }
 
 impl Destination {
-    /// Makes sure, before anything has taken its time, that a report can be written to `path`, which is not
-    /// that of the `robot` file. `-` is the standard output.
+    /// Makes sure, before the run takes its time, that a report can be written to `path`, and that this is
+    /// not the `robot` file. `-` is the standard output.
     ///
     /// # Errors
-    /// It can't.
+    /// The report can't be written there.
     pub fn of(path: Option<&Path>, robot: Option<&Path>) -> Result<Option<Self>, Box<dyn Error>> {
         let Some(path) = path else { return Ok(None) };
         if path == Path::new("-") {
@@ -36,10 +37,10 @@ impl Destination {
         Self::file(path, robot, "--json").map(Some)
     }
 
-    /// Likewise, and `-` is a file as any other. `option` is what names it.
+    /// Makes sure of the same for a file that `option` names. Here `-` is a file like any other.
     ///
     /// # Errors
-    /// It can't be written to.
+    /// The file can't be written.
     pub fn file(path: &Path, robot: Option<&Path>, option: &str) -> Result<Self, Box<dyn Error>> {
         if robot.is_some_and(|robot| is_same(robot, path)) {
             return Err(format!("{} is the robot file: give {option} another", path.display()).into());
@@ -49,10 +50,11 @@ impl Destination {
         })
     }
 
-    /// Likewise, and it is not where the `report` goes, which `--json` names.
+    /// Makes sure of the same, and that the file is not the destination of the `report`, which `--json`
+    /// names.
     ///
     /// # Errors
-    /// It can't be written to, or is.
+    /// The file can't be written, or is the report's.
     pub fn besides(
         report: Option<&Self>,
         path: &Path,
@@ -66,7 +68,7 @@ impl Destination {
         Ok(destination)
     }
 
-    /// Whether both are one file, which the one written last would overwrite.
+    /// Whether both are the same file, so that the second write would overwrite the first.
     pub fn is(&self, other: &Self) -> bool {
         let path = |destination: &Self| match destination {
             Destination::StandardOutput => None,
@@ -82,7 +84,7 @@ impl Destination {
             Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
             Ok(found) if found.is_dir() => Err(io::ErrorKind::IsADirectory.into()),
             Ok(found) if !found.is_file() => {
-                // A pipe from which nobody reads would be waited for without end.
+                // Opening a pipe without a reader would block for ever.
                 let opened = OpenOptions::new().write(true).custom_flags(libc::O_NONBLOCK).open(&path);
                 let _held = opened.map_err(|error| match error.raw_os_error() {
                     Some(libc::ENXIO) => io::Error::other("nobody reads it"),
@@ -104,7 +106,7 @@ impl Destination {
     /// Writes `report` as JSON.
     ///
     /// # Errors
-    /// It can't be written.
+    /// The report can't be written.
     pub fn write(self, report: &impl Serialize) -> Result<(), Box<dyn Error>> {
         self.write_text(&(serde_json::to_string_pretty(report)? + "\n"))
     }
@@ -117,7 +119,7 @@ impl Destination {
         if let Destination::StandardOutput = self { print(text) } else { self.write_bytes(text.as_bytes()) }
     }
 
-    /// Writes `content`, whatever it is.
+    /// Writes `content`, which may be binary.
     ///
     /// # Errors
     /// It can't be written.
@@ -134,10 +136,10 @@ impl Destination {
     }
 }
 
-/// Tells a report: as JSON where that is asked for, else by the standard output.
+/// Writes a report as JSON to `destination`, or without one as text to the standard output.
 ///
 /// # Errors
-/// It can't be written.
+/// The report can't be written.
 pub fn tell(
     destination: Option<Destination>,
     report: &(impl Serialize + Display),
@@ -155,14 +157,14 @@ fn write_beside(path: &Path, content: &[u8]) -> io::Result<()> {
     Ok(())
 }
 
-/// The one path of a file, however it is spelled, also of one that is not there yet. A link stays one.
+/// The canonical path of a file, even if the file does not exist yet. A link stays a link.
 fn resolved(path: &Path) -> io::Result<PathBuf> {
     if let Ok(path) = path.canonicalize() {
         return Ok(path);
     }
     let path = in_directory(path)?;
     match path.read_link() {
-        // The link /dev/stdout may lead to a pipe, which is there and has no path.
+        // The link /dev/stdout may lead to a pipe, which exists and has no path.
         Ok(target) if path.metadata().is_err_and(|error| error.kind() == io::ErrorKind::NotFound) => {
             resolved(&directory(&path).join(target))
         }
@@ -170,9 +172,9 @@ fn resolved(path: &Path) -> io::Result<PathBuf> {
     }
 }
 
-/// The path of what is to be in a directory that is there.
+/// The path of a new file in an existing directory.
 fn in_directory(path: &Path) -> io::Result<PathBuf> {
-    // Of a path that only a directory can have `file_name` leaves out what says so.
+    // `file_name` drops a trailing `/` or `/.`, which marks a directory.
     if [b"/".as_slice(), b"/."].iter().any(|end| path.as_os_str().as_bytes().ends_with(end)) {
         return Err(io::ErrorKind::NotADirectory.into());
     }
@@ -184,13 +186,13 @@ fn directory(path: &Path) -> &Path {
     path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A file in the same directory, which is gone again unless it takes the other's place.
+/// A temporary file in the same directory. It is removed unless it replaces the file at `path`.
 fn beside(path: &Path) -> io::Result<NamedTempFile> {
     let permissions = path.metadata().map_or(Permissions::from_mode(0o666), |found| found.permissions());
     Builder::new().permissions(permissions).tempfile_in(directory(path))
 }
 
-/// Whether both are one file.
+/// Whether both paths lead to the same file.
 pub fn is_same(one: &Path, other: &Path) -> bool {
     match (one.canonicalize(), other.canonicalize()) {
         (Ok(one), Ok(other)) => one == other,

@@ -1,4 +1,4 @@
-//! What a figure counts, one by one: cycles instruction by instruction, flash function by function.
+//! Lists what a figure counts: cycles instruction by instruction, flash function by function.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -66,7 +66,7 @@ fn print_flash(measured: &Measured, flash: &Flash) -> Result<(), Box<dyn Error>>
     output::print(out)
 }
 
-/// Prints the masked windows, longest first: cycles, how often, and what opened it where.
+/// Prints the masked windows, longest first: cycles, number of times, and the place and cause of each.
 pub fn print_windows(images: &Path) -> Result<(), Box<dyn Error>> {
     let mut out = String::new();
     for (name, window) in bench::windows(images)? {
@@ -80,7 +80,7 @@ pub fn print_windows(images: &Path) -> Result<(), Box<dyn Error>> {
     output::print(out)
 }
 
-/// Where the stretch of a figure begins.
+/// The place where the stretch of a figure begins.
 pub fn place(images: &Path, stretch: &Stretch) -> Result<String, Box<dyn Error>> {
     let image = Image::load(path(images, &stretch.image))?;
     let steps = bench::listing(images, stretch)?;
@@ -99,7 +99,7 @@ fn path(images: &Path, image: &str) -> PathBuf {
     images.join(image).with_extension("elf")
 }
 
-/// The function at `pc`, and how far into it that is.
+/// The function at `pc`, and the distance of `pc` from its begin.
 fn function(image: &Image, pc: u32) -> String {
     match image.function_at(pc) {
         Some((name, distance)) => format!("{:#}+{distance:#x}", demangle(name)),

@@ -1,4 +1,4 @@
-//! `superbot-sim`: runs a robot in simavr or natively, shows it live, and says how it did.
+//! `superbot-sim`: runs a robot in simavr or natively, shows it live, and reports how it did.
 //!
 //! It is behind `./x sim`, `./x terrain`, `./x period`, `./x campaign`, `./x report`, `./x plot`, `./x gdb`
 //! and `./x bench`, and behind the plot of `./x response`.
@@ -37,8 +37,8 @@ use clap::Parser;
 
 use arguments::{Arguments, Command};
 
-/// Exit status 0: the robot did as it should, or the figures are printed. 1: it did not. 2: nothing could be
-/// run.
+/// Exit status 0: the robot had no faults, or the figures are printed. 1: the robot had faults. 2: the
+/// command could not be carried out.
 fn main() -> ExitCode {
     let result = match Arguments::parse().command {
         Command::Sim(options) => sim::run(&options),

@@ -1,4 +1,4 @@
-//! The program behind `./x bench module`: the module's figures, and what they should reach.
+//! The program behind `./x bench module`: the module's figures, and their limits.
 
 use std::error::Error;
 use std::fmt;
@@ -19,7 +19,7 @@ pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Resu
 #[serde(transparent)]
 struct Report(ModuleFigures);
 
-/// What a figure has to reach.
+/// The limit of a figure.
 #[derive(Clone, Copy)]
 enum Aim {
     AtMost(f64),

@@ -1,4 +1,4 @@
-//! What the program tells: results by the standard output, all else by the standard error.
+//! Prints results to the standard output, and all else to the standard error.
 
 use std::error::Error;
 use std::fmt::Display;
@@ -14,7 +14,7 @@ pub fn print(result: impl Display) -> Result<(), Box<dyn Error>> {
     printed.map_err(|error| format!("can't write to the standard output: {error}").into())
 }
 
-/// Says something on the side. Where nobody hears it, it goes unheard.
+/// Prints a message to the standard error. A message that can't be written is dropped.
 pub fn say(text: impl Display) {
     let _ = write!(io::stderr(), "{text}");
 }

@@ -1,4 +1,4 @@
-//! `./x period`: how fast and how far a centipede comes by Periods, as a table and a plot.
+//! `./x period`: the speed and range of a centipede by its Period, as a table and a plot.
 
 use std::error::Error;
 use std::fmt;
@@ -23,19 +23,19 @@ use super::terrain::on_terrain;
 /// In ms.
 const PERIODS: [u16; 7] = [500, 700, 1000, 1400, 2000, 2800, 4000];
 
-/// When the Period is ordered, in s.
+/// The time at which the Period is ordered, in s.
 const ORDERED: u64 = 1;
 
-/// By then legs have risen, and walk by the Period, in s.
+/// The time by which the legs have risen and walk by the Period, in s.
 const RISEN: u64 = 4;
 
-/// A Period, and how the robot walks by it.
+/// The results for a Period.
 #[derive(Serialize)]
 struct Row {
     period_ms: u16,
-    /// Ahead.
+    /// The speed ahead.
     mm_per_second: f64,
-    /// What the hungriest module takes.
+    /// The mean current of the module that takes the most.
     amperes: f64,
     metres_per_charge: f64,
 }
@@ -61,7 +61,7 @@ pub fn run(options: &Period) -> Result<(), Box<dyn Error>> {
     let plotted = svg.map(|svg| svg.write_text(&plot(&rows)?)).transpose();
     let Centipede { modules, seed, .. } = options.centipede;
     let table = Table { modules, seconds: options.seconds, seed, rows };
-    // Where the plot can't be written any more, the figures are told all the same.
+    // The figures are printed even if the plot can't be written.
     tell(destination, &table)?;
     plotted.map(|_| ())
 }
@@ -95,7 +95,7 @@ fn row(options: &Period, images: &Images, period_ms: u16) -> Result<Row, Box<dyn
     })
 }
 
-/// Speed and reach over the Period, each with an axis of its own.
+/// Plots speed and range over the Period, each with an axis of its own.
 fn plot(rows: &[Row]) -> Result<String, Box<dyn Error>> {
     let mut svg = String::new();
     draw(rows, &mut svg)?;

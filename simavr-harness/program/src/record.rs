@@ -1,4 +1,4 @@
-//! `./x sim --record`: the run as a page, to be looked at.
+//! `./x sim --record`: the run as a page for a browser.
 
 use std::error::Error;
 use std::path::Path;
@@ -13,10 +13,11 @@ use super::json::Destination;
 use super::report::Report;
 use super::sim::{at_most, has_world};
 
-/// How often a run is looked at, in cycles: 40 ms. The page shows what is between two looks by their mean.
+/// The sampling period of a run, in cycles: 40 ms. The page interpolates between two samples.
 pub const EVERY: u64 = 40 * MILLISECOND;
 
-/// The most modules times seconds: a page of 12 MB, which takes 300 MB here to make and 100 MB in a browser.
+/// The largest product of modules and seconds: a page of 12 MB, which takes 300 MB of memory to make and 100
+/// MB in a browser.
 const MOST: f64 = 100_000.0;
 
 /// A page to be written.
@@ -26,11 +27,11 @@ pub struct Record {
 }
 
 impl Record {
-    /// Makes sure, before anything has taken its time, that the page can be written if one is asked for: not
-    /// over the `robot_file`, nor where the report goes.
+    /// Makes sure, before the run takes its time, that the page can be written if one is asked for, and that
+    /// it overwrites neither the `robot_file` nor the report.
     ///
     /// # Errors
-    /// It can't.
+    /// The page can't be written there.
     pub fn of(
         options: &Sim,
         robot_file: Option<&Path>,
@@ -47,7 +48,7 @@ impl Record {
         Ok(Some(Record { destination, subject: subject(options, scenario) }))
     }
 
-    /// Where the page goes.
+    /// The destination of the page.
     pub fn destination(&self) -> &Destination {
         &self.destination
     }
@@ -55,7 +56,7 @@ impl Record {
     /// Writes the page.
     ///
     /// # Errors
-    /// It can't be written.
+    /// The page can't be written.
     pub fn write(mut self, report: &Report, recording: &Recording) -> Result<(), Box<dyn Error>> {
         self.subject.seconds = report.simulated_seconds;
         self.subject.summary = report.to_string();
@@ -64,10 +65,11 @@ impl Record {
     }
 }
 
-/// Makes sure that a browser can hold a page of so many modules and seconds; `option` asks for it.
+/// Makes sure that a browser can hold a page of `modules` modules and `seconds` seconds, which `option` asks
+/// for.
 ///
 /// # Errors
-/// It would be too large.
+/// The page would be too large.
 pub fn expect_small(modules: usize, seconds: f64, option: &str) -> Result<(), Box<dyn Error>> {
     if modules as f64 * seconds <= MOST {
         return Ok(());
@@ -80,7 +82,7 @@ pub fn expect_small(modules: usize, seconds: f64, option: &str) -> Result<(), Bo
     .into())
 }
 
-/// What a page says of the run before it has begun.
+/// The description of the run that a page has before the run begins.
 pub fn subject(options: &Sim, scenario: &Scenario) -> Subject {
     let robot = match &options.robot {
         Source::Shape(shape) => shape.name().into(),
@@ -102,7 +104,7 @@ pub fn subject(options: &Sim, scenario: &Scenario) -> Subject {
     }
 }
 
-/// The world's ground in the page's words.
+/// Converts the world's ground to the page's types.
 fn of_world(ground: world::Ground) -> Ground {
     let stair = |Steps { from, height, length, number }| Stair { from, height, length, number };
     let block = |world::Block { at, size, turn }| Block { at, size, turn };

@@ -1,4 +1,4 @@
-//! How the robot did.
+//! The report of a run.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -13,17 +13,17 @@ use simulation::{
 use super::arguments::{CoreName, EngineName, Sim, WorldName};
 use super::cost::{Cost, Used};
 
-/// A robot that has come less far, in m, stands: what is said in parts of its way would be chance.
+/// A robot that has come less far than this, in m, stands. Figures relative to its way would be random.
 const STANDS_M: f64 = 0.001;
 
 /// The summary. Fields are only ever added: people's CI reads them.
 #[derive(Serialize)]
 pub struct Report {
     pub engine: EngineName,
-    /// What executed the images, if there were any.
+    /// The interpreter that executed the images, if there were any.
     pub core: Option<CoreName>,
     pub modules: usize,
-    /// Simulated.
+    /// The number of simulated MCUs.
     pub mcus: usize,
     pub simulated_seconds: f64,
     pub wall_seconds: f64,
@@ -31,19 +31,19 @@ pub struct Report {
     pub wall_ratio: f64,
     pub cost: Cost,
     pub seed: u64,
-    /// What varies from module to module, by up to so many percent.
+    /// The variations from module to module: the most percent, by assumption.
     pub varied_percent: BTreeMap<&'static str, f64>,
     /// Probability that a frame is lost, each way.
     pub loss: f64,
-    /// How many modules have found themselves to be of each type.
+    /// The number of modules by the type that they have found for themselves.
     pub types: BTreeMap<String, usize>,
-    /// Every module's own view of its neighbours and its type equals the wiring.
+    /// Whether every module's own view of its neighbours and its type equals the wiring.
     pub topology_correct: bool,
     /// Hormones handed to links, one for each dock that a hormone left by.
     pub hormones_sent: u64,
-    /// Of these, the ones that the neighbour took up.
+    /// The sent hormones that the neighbour took up.
     pub hormones_delivered: u64,
-    /// The ones that came, and were no news.
+    /// The sent hormones that arrived and were no news.
     pub hormones_dropped: u64,
     pub hormones_lost: u64,
     /// Hormones that a module took up with the same data as the one before.
@@ -51,39 +51,39 @@ pub struct Report {
     pub hop_latency_us: Option<Latency>,
     /// The mean hop latency over the mean of the limits set by the wires.
     pub hop_over_wire: Option<f64>,
-    /// The longest that a module took to find a neighbour.
+    /// The longest time that a module took to find a neighbour.
     pub discovery_ms_max: Option<f64>,
-    /// The longest that a module took to notice that a neighbour was gone.
+    /// The longest time that a module took to notice that a neighbour was gone.
     pub loss_notice_ms_max: Option<f64>,
-    /// How often modules gave up or found again a neighbour that was there all the time.
+    /// How often modules gave up or found again a neighbour that was attached all the time.
     pub topology_lapses: u64,
-    /// What the robot itself has changed of its wiring.
+    /// The changes that the robot itself has made to its wiring.
     pub reconfigurations: Vec<Reconfiguration>,
     pub legs: usize,
-    /// What modules did wrong outside of the time that they have to recover.
+    /// Wrong actions of modules outside of the time that they have to recover.
     pub gait_violations: u64,
-    /// The most that the legs of a branch started apart.
+    /// The longest time between the starts of the legs of a branch.
     pub leg_skew_us_max: Option<f64>,
-    /// The longest that a module took from power-up, or from a change of the robot, until it did right, in
-    /// Periods.
+    /// The longest time that a module took from power-up, or from a change of the robot, until it acted
+    /// correctly, in Periods.
     pub recovery_periods_max: Option<f64>,
-    /// What the robot is in.
+    /// The kind of world that the robot is in.
     pub world: WorldName,
-    /// How far it has come ahead, in m.
+    /// The distance that it has come ahead, in m.
     pub distance_m: Option<f64>,
-    /// Of its length at power-up.
+    /// The distance ahead, relative to the robot's length at power-up.
     pub body_lengths: Option<f64>,
-    /// How far it has come to a side, of that.
+    /// The distance to a side, relative to the distance ahead.
     pub sideways_percent: Option<f64>,
-    /// How far it has turned to the left, in degrees.
+    /// The angle by which it has turned to the left, in degrees.
     pub heading_degrees: Option<f64>,
-    /// How fast what bears it slides on the ground, of its own speed.
+    /// The speed at which the parts that bear it slide on the ground, relative to its own speed.
     pub slip_percent: Option<f64>,
     /// The most that a module with two legs leaned from how the robot was laid down.
     pub tilt_degrees_max: Option<f64>,
-    /// What the hungriest module has taken out of its battery, of a full charge.
+    /// The charge that the module with the highest consumption has taken from its battery, of a full charge.
     pub charge_percent_max: Option<f64>,
-    /// How far the robot would come until that battery is empty.
+    /// The distance that the robot would come until that battery is empty.
     pub metres_per_charge: Option<f64>,
     /// Why the world could not go on.
     pub trouble: Option<Broken>,
@@ -92,13 +92,13 @@ pub struct Report {
     pub link: LinkTotals,
     pub bridge: BridgeTotals,
     pub consoles: Vec<Console>,
-    /// Over the RAM, registers and clocks of all MCUs, in hexadecimal.
+    /// A hash over the RAM, registers and clocks of all MCUs and over the world, in hexadecimal.
     pub state_hash: String,
-    /// What it did not do as it should, a line each.
+    /// The faults of the robot, a line each.
     faults: Vec<String>,
 }
 
-/// An attachment that the robot has made or undone by itself: in the words of a robot file.
+/// An attachment that the robot has made or undone by itself, written as in a robot file.
 #[derive(Serialize)]
 pub struct Reconfiguration {
     /// In seconds since power-up.
@@ -109,13 +109,13 @@ pub struct Reconfiguration {
     pub detach: Option<String>,
 }
 
-/// How a world broke.
+/// The way in which a world broke.
 #[derive(Serialize)]
 pub struct Broken {
     pub seconds: f64,
     pub place: String,
     pub what: String,
-    /// What the joint did before.
+    /// The last moments of the joint before that.
     pub last: Vec<Last>,
 }
 
@@ -142,13 +142,13 @@ impl Broken {
     }
 }
 
-/// What a console has told.
+/// The text that a console has sent.
 #[derive(Serialize)]
 pub struct Console {
-    /// When it was asked, in seconds since power-up, and at which dock.
+    /// The time at which it was asked, in seconds since power-up, and the dock.
     pub at: f64,
     pub dock: String,
-    /// Whether the text is all that it had to tell.
+    /// Whether the text is complete.
     pub complete: bool,
     pub text: String,
 }
@@ -263,7 +263,7 @@ impl Report {
         }
     }
 
-    /// What it did not do as it should, a line each.
+    /// The faults of the robot, a line each.
     pub fn faults(&self) -> &[String] {
         &self.faults
     }

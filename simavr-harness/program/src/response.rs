@@ -1,4 +1,4 @@
-//! `./x response --svg`: what the CPUs are taken for in the worst case, as a plot.
+//! `./x response --svg`: plots the load of the CPUs in the worst case, by event.
 
 use std::error::Error;
 use std::io::Read;
@@ -15,14 +15,14 @@ const INTERRUPTS: RGBColor = RGBColor(9, 105, 218);
 const TASKS: RGBColor = RGBColor(207, 34, 46);
 const FONT: (&str, u32) = ("sans-serif", 14);
 
-/// What `superbot-time-bound --json` tells of both images.
+/// The output of `superbot-time-bound --json` for both images.
 #[derive(Deserialize)]
 pub struct Bounds {
     pub master: Mcu,
     pub slave: Mcu,
 }
 
-/// What it tells of one.
+/// The part for one image.
 #[derive(Deserialize)]
 pub struct Mcu {
     loads: Vec<Load>,
@@ -45,18 +45,18 @@ struct Task {
 }
 
 impl Mcu {
-    /// How long a task's response takes at most, in cycles; `None` where nobody knows.
+    /// The bound of a task's response time, in cycles; `None` if there is no bound.
     pub fn response(&self, name: &str) -> Option<u64> {
         self.tasks.iter().find(|task| task.task == name)?.response
     }
 
-    /// For how many cycles the interrupt of a vector waits at most; `None` where nobody knows.
+    /// The bound of the time that the interrupt of a vector waits, in cycles; `None` if there is no bound.
     pub fn latency(&self, vector: u8) -> Option<u64> {
         self.interrupts.iter().find(|interrupt| interrupt.vector == vector)?.latency
     }
 }
 
-/// What one event takes: cycles of interrupts and of tasks, and percent of the CPU.
+/// The load of one event: cycles of interrupts and of tasks, and percent of the CPU.
 #[derive(Deserialize)]
 struct Load {
     event: String,
@@ -65,16 +65,16 @@ struct Load {
     percent: f64,
 }
 
-/// Plots what comes by the standard input.
+/// Plots the bounds from the standard input.
 pub fn run(options: &Response) -> Result<(), Box<dyn Error>> {
     let destination = Destination::file(&options.svg, None, "--svg")?;
     destination.write_text(&plot(&bounds(&mut std::io::stdin())?)?)
 }
 
-/// Reads what was computed.
+/// Reads the bounds.
 ///
 /// # Errors
-/// It can't be read, or is none.
+/// The text can't be read, or has no bounds.
 pub fn bounds(json: &mut impl Read) -> Result<Bounds, Box<dyn Error>> {
     let mut text = String::new();
     json.read_to_string(&mut text).map_err(|error| format!("can't read the bounds: {error}"))?;
@@ -82,7 +82,7 @@ pub fn bounds(json: &mut impl Read) -> Result<Bounds, Box<dyn Error>> {
         .map_err(|error| format!("these are no bounds, as `./x response --json` prints them: {error}").into())
 }
 
-/// Both MCUs side by side.
+/// Plots both MCUs side by side.
 fn plot(bounds: &Bounds) -> Result<String, Box<dyn Error>> {
     let mut svg = String::new();
     {
@@ -98,7 +98,8 @@ fn plot(bounds: &Bounds) -> Result<String, Box<dyn Error>> {
     for_any_page(svg)
 }
 
-/// A bar for each event, the first one on top: interrupts, and behind them tasks. Labels have so many pixels.
+/// Draws a bar for each event, the first one on top: interrupts, followed by tasks. `label` is the width of
+/// labels in pixels.
 fn draw(
     area: &DrawingArea<SVGBackend, plotters::coord::Shift>,
     name: &str,

@@ -1,4 +1,4 @@
-//! `./x sim`: runs a robot, shows it live, and says how it did.
+//! `./x sim`: runs a robot, shows it live, and reports how it did.
 
 use std::error::Error;
 use std::io::IsTerminal;
@@ -19,8 +19,8 @@ use super::report::{Console, CpuLoad, Report};
 use super::trace::{Noted, Timeline};
 use super::view::{Inspected, View};
 
-/// Modules get their power at different times, by chance within so many cycles: 40 ms, in which each probes
-/// each dock once.
+/// Modules power up at random times within this many cycles: 40 ms, in which each module probes each dock
+/// once.
 pub const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 
 /// The most modules that simavr runs: more would take more memory than most machines have.
@@ -29,11 +29,11 @@ const SIMAVR_MODULES: usize = 1000;
 /// The most modules that a world takes: a thousand are 9000 degrees of freedom.
 const IN_WORLD: usize = 1000;
 
-/// What a robot file asks for would be missing without a word in the figures.
+/// An error, because otherwise the figures would not show that the robot file's world is missing.
 const NO_WORLD: &str = "the robot file has a table [world], and the run has no world: \
     take the table out, or ask for --world ground";
 
-/// Returns whether the robot did as it should.
+/// Runs the robot. Returns whether it had no faults.
 pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     let robot_file = match &options.robot {
         Source::File(path) => Some(path.as_path()),
@@ -63,10 +63,10 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
     }
 }
 
-/// Whether what is asked for goes together.
+/// Checks that the options and the robot go together.
 ///
 /// # Errors
-/// It does not.
+/// They do not.
 pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
     if scenario.terrain.is_some() && !has_world(options) {
         return Err(NO_WORLD.into());
@@ -105,10 +105,10 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Whether simavr runs so many modules.
+/// Checks that simavr runs `modules` modules.
 ///
 /// # Errors
-/// They are too many.
+/// These are too many.
 pub fn expect_in_simavr(modules: usize) -> Result<(), String> {
     if modules <= SIMAVR_MODULES {
         return Ok(());
@@ -116,10 +116,10 @@ pub fn expect_in_simavr(modules: usize) -> Result<(), String> {
     Err(format!("simavr runs up to {SIMAVR_MODULES} modules: ask for fewer, or for --engine host"))
 }
 
-/// Whether the files that a robot file names are there, and the robot can lie on its ground.
+/// Checks that the files that a robot file names exist, and that the robot can lie on its ground.
 ///
 /// # Errors
-/// They aren't, or it can't.
+/// A file is missing, or the robot can't lie there.
 pub fn expect_buildable(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
     if matches!(options.engine, EngineName::Simavr) {
         Flashed::load(scenario, options)?;
@@ -130,10 +130,10 @@ pub fn expect_buildable(options: &Sim, scenario: &Scenario) -> Result<(), Box<dy
     Ok(())
 }
 
-/// Whether something can happen to such a robot at all.
+/// Checks that a change is possible with these options.
 ///
 /// # Errors
-/// What to do if not.
+/// It is not; the message says what to do.
 pub fn expect_possible(options: &Sim, change: &Change) -> Result<(), String> {
     match (options.engine, change) {
         (_, Change::Push { .. }) if !has_world(options) => {
@@ -149,20 +149,20 @@ pub fn expect_possible(options: &Sim, change: &Change) -> Result<(), String> {
     }
 }
 
-/// What is asked for besides the summary.
+/// The results that are asked for besides the summary.
 struct Results {
     report: Option<Destination>,
     record: Option<Record>,
     timeline: Option<Timeline>,
 }
 
-/// A robot of which some have MCUs, and these tell more.
+/// A robot that may have MCUs, which give more results.
 trait Executing: Inspected {
     fn cpu_load(&self) -> Option<CpuLoad> {
         None
     }
 
-    /// Takes what was noted for a timeline.
+    /// Takes the recorded data for a timeline.
     fn take_noted(&mut self, _timeline: &Timeline) -> Option<Noted> {
         None
     }
@@ -188,7 +188,7 @@ fn run_robot(
     used: &Used,
 ) -> Result<bool, Box<dyn Error>> {
     let Results { report: destination, record, timeline: trace } = results;
-    // A browser opens it: not before there is a robot.
+    // A browser opens the page, so it is not served before the robot is built.
     let mut view = View::of(options, &scenario)?;
     let Scenario { terrain, timeline, .. } = scenario;
     let is_level = terrain.is_none();
@@ -209,7 +209,7 @@ fn run_robot(
     if let Some(view) = &mut view {
         view.drive(options, &mut run, end, &mut display)?;
     } else {
-        // What can't happen is a fault: the report has it, and what comes after it.
+        // An impossible event is a fault, which the report has. The run continues after it.
         while run.step(end).unwrap_or(true) {
             display.show(&run, end, started.elapsed());
         }
@@ -229,11 +229,11 @@ fn run_robot(
         let noted = run.robot.take_noted(&trace)?;
         Some(trace.write(&noted, recording))
     });
-    // Where these can't be written any more, the figures are told all the same.
+    // The figures are printed even if these files can't be written.
     tell(destination, &report)?;
     recorded.transpose()?;
     traced.transpose()?;
-    // A run that the world has ended comes to no end that events could lie after.
+    // If the world broke, the run did not come to its end, so no event lies after it.
     if let (None, to_come @ 1..) = (run.robot.trouble(), run.events_to_come().len()) {
         say(format_args!(
             "superbot-sim: events that lie after the end and did not happen: {to_come}; see --seconds\n"
@@ -248,7 +248,7 @@ fn run_robot(
     Ok(report.faults().is_empty())
 }
 
-/// What `--loss` has happen, before all that a robot file has.
+/// The event that `--loss` asks for, which comes before all events of a robot file.
 pub fn loss(options: &Sim) -> Option<Event> {
     let change = Change::Loss { links: Links::All, probability: options.loss };
     (options.loss > 0.0).then_some(Event { at: 0, change })
@@ -260,26 +260,26 @@ pub fn begin<R: simulation::Robot>(robot: R, timeline: Vec<Event>, options: &Sim
     Run::new(robot, timeline, u64::from(GaitName::Centipede.gait().period()) * MILLISECOND)
 }
 
-/// How many cycles so many seconds are.
+/// Converts seconds to cycles.
 pub fn cycles(seconds: f64) -> u64 {
     (seconds * f64::from(CLOCK_HZ)).round() as u64
 }
 
-/// So many seconds or some less, as an option can have them.
+/// Rounds seconds down to a value for an option.
 pub fn at_most(seconds: f64) -> f64 {
     (seconds * 1000.0).floor() / 1000.0
 }
 
-/// Whether there is a world: where nobody says so, in simavr alone.
+/// Whether there is a world: by default only in simavr.
 pub fn has_world(options: &Sim) -> bool {
     let unless_told = matches!(options.engine, EngineName::Simavr);
     options.world.map_or(unless_told, |world| matches!(world, WorldName::Ground))
 }
 
-/// What robot is asked for, and what happens to it.
+/// The robot that is asked for, and the events that happen to it.
 ///
 /// # Errors
-/// There is none such.
+/// There is no such robot.
 pub fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
     match &options.robot {
         Source::Shape(shape) => {
@@ -310,10 +310,10 @@ fn native(scenario: &Scenario, options: &Sim) -> Result<Native, Box<dyn Error>> 
     Ok(robot.within(Box::new(world)))
 }
 
-/// A robot in simavr, as it is asked for.
+/// A robot in simavr, as the options ask for it.
 ///
 /// # Errors
-/// It can't be built so.
+/// The robot can't be built.
 pub fn build_robot(scenario: &Scenario, options: &Sim) -> Result<simavr_harness::Robot, Box<dyn Error>> {
     let Scenario { wiring, terrain, .. } = scenario;
     let Flashed { rest, others } = Flashed::load(scenario, options)?;

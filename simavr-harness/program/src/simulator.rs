@@ -1,4 +1,4 @@
-//! The program behind `./x bench simulator`: how fast instructions are executed.
+//! The program behind `./x bench simulator`: the speed at which instructions are executed.
 
 use std::error::Error;
 use std::fmt;
@@ -9,7 +9,8 @@ use simavr_harness::bench::simulator::{self, Pace};
 use super::arguments;
 use super::json::{Destination, tell};
 
-/// How often each program runs by each interpreter: what else the machine does is not to count.
+/// The number of runs of each program with each interpreter. Only the quickest counts, so that other load of
+/// the machine matters less.
 const ROUNDS: usize = 3;
 
 /// Measures and prints.

@@ -1,26 +1,26 @@
-//! A table of modules for a terminal of any size: as many columns of modules side by side as fit, and of each
-//! module as much as fits.
+//! Lays out a table of modules for a terminal of any size, with as many columns of modules and as many fields
+//! of each module as fit.
 
 use terminal::{Style, pad_str, truncate_str};
 
-/// What is told of a module: its fields, each with its style.
+/// The fields of a module, each with its style.
 pub type Row = [(String, Style); FIELDS.len()];
 
-/// The fields of a module: the name, and how many characters it takes. Where there is no room the last are
-/// left out.
+/// The fields of a module: the name, and the width in characters. The last ones are left out if there is no
+/// room.
 pub const FIELDS: [(&str, usize); 5] =
     [("module", 7), ("type", 9), ("action", 11), ("hormone", 7), ("changes", 7)];
 
 /// Between two modules side by side.
 const GAP: &str = "   ";
 
-/// The lines of a table of `rows`, at most `width` characters wide and `height` high, its heading included.
-/// `rows` makes as many as are asked for, of `number` that there are.
+/// The lines of a table of `number` modules, at most `width` characters wide and `height` lines high,
+/// including the heading. `rows` makes the row of a module.
 pub fn lay_out(number: usize, rows: impl Fn(usize) -> Row, width: usize, height: usize) -> Vec<String> {
     let fields = fields_within(width);
     let cell = widths(fields);
     let fit = ((width + GAP.len()) / (cell + GAP.len())).max(1);
-    // The heading takes a line, and what is left out another.
+    // The heading takes a line, and the number of modules that are left out another.
     let most = height.saturating_sub(1).max(1);
     let lines = number.div_ceil(fit).min(most);
     let is_whole = lines * fit >= number;
@@ -39,7 +39,7 @@ pub fn lay_out(number: usize, rows: impl Fn(usize) -> Row, width: usize, height:
     table
 }
 
-/// How many fields a module can have in `width` characters.
+/// The number of fields of a module that fit into `width` characters.
 fn fields_within(width: usize) -> usize {
     (1..=FIELDS.len()).rev().find(|&fields| widths(fields) <= width).unwrap_or(1)
 }

@@ -15,37 +15,37 @@ use super::json::{Destination, tell};
 use super::output::say;
 use super::sim::{POWER_UP_WITHIN, expect_in_simavr};
 
-/// By then legs have risen, and the robot walks evenly, in s.
+/// The time by which the legs have risen and the robot walks evenly, in s.
 const RISEN: usize = 3;
 
-/// When something happens to the robot, and when what was cut is joined again, in s.
+/// The time of a mishap, and the time at which a robot that was cut is joined again, in s.
 const MISHAP: usize = 5;
 const JOINED: usize = 9;
 
-/// A way to run the robot, and what is measured of it.
+/// A row of the table: a way to run the robot, and the part that is measured.
 struct Row {
     name: &'static str,
-    /// What a robot file has besides the shape.
+    /// The robot file without the shape.
     file: String,
-    /// From when on, in s.
+    /// The time from which the robot is measured, in s.
     from: usize,
-    /// Of the modules that hang together with this one at the end.
+    /// A module: the modules that are joined to it at the end are measured.
     with: usize,
 }
 
-/// Where all modules were, second by second, and what came of them.
+/// The positions of all modules, second by second, and their state in the end.
 struct Track {
-    /// By second, then by module: in m.
+    /// Positions by second, then by module, in m.
     places: Vec<Vec<[f64; 3]>>,
     wiring: Wiring,
     tilt: f64,
 }
 
-/// How a row went.
+/// The results of a row.
 #[derive(Serialize)]
 struct Outcome {
     name: &'static str,
-    /// From when on it is measured.
+    /// The time from which the robot is measured.
     from_seconds: usize,
     modules: usize,
     distance_m: f64,
@@ -53,7 +53,7 @@ struct Outcome {
     /// The most that a module with two legs leaned.
     tilt_degrees_max: f64,
     fell: bool,
-    /// Its distance, of that on level ground in the same time.
+    /// Its distance, relative to that on level ground in the same time.
     of_level: f64,
 }
 
@@ -116,7 +116,8 @@ fn rows(modules: usize) -> Result<Vec<Row>, Box<dyn Error>> {
     ])
 }
 
-/// Where to cut a centipede: behind a spine that is followed by a branch, nearest to half of the branches.
+/// The place to cut a centipede: behind a spine that is followed by a branch, the middle one of all such
+/// places.
 fn middle(wiring: &Wiring) -> Option<Face> {
     let is_branch = |module| wiring.peer(Face { module, dock: Dock::Left }).is_some();
     let behind = |module| wiring.peer(Face { module, dock: Dock::Back });
@@ -128,7 +129,7 @@ fn middle(wiring: &Wiring) -> Option<Face> {
     cuts.get(cuts.len() / 2).copied()
 }
 
-/// The robot of a run, without power yet.
+/// The robot of a run, before it has run.
 pub fn on_terrain(
     options: &Centipede,
     images: &Images,
@@ -163,7 +164,7 @@ fn track(options: &Terrain, images: &Images, row: &Row) -> Result<Track, Box<dyn
 }
 
 impl Track {
-    /// How far some modules have come since then, on the mean: ahead and to the left, in m.
+    /// The mean way of `modules` since the second `from`: ahead and to the left, in m.
     fn way(&self, modules: &[usize], from: usize) -> [f64; 2] {
         let Some((start, end)) = self.places.get(from).zip(self.places.last()) else { return [0.0; 2] };
         [0, 1].map(|axis| {
@@ -189,7 +190,7 @@ fn outcome(row: &Row, track: &Track, level: &Track) -> Outcome {
     }
 }
 
-/// What carries legs and leans by more than this has fallen, in degrees.
+/// A robot has fallen if a module with two legs leans by more than this, in degrees.
 pub const FALLEN: f64 = 45.0;
 
 impl fmt::Display for Table {

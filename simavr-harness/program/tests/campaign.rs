@@ -1,4 +1,4 @@
-//! Campaigns and their reports, as `./x campaign` and `./x report` run them.
+//! Tests campaigns and their reports, as `./x campaign` and `./x report` run them.
 
 mod command;
 
@@ -11,7 +11,7 @@ use std::time::Duration;
 use command::run;
 use tempfile::TempDir;
 
-/// Eight runs: a chain walks, and a body of one module, which nobody leads, does not.
+/// Eight runs: a chain walks, and a robot of one module, which has no head, does not.
 const FILE: &str = "
 robot = { shape = 'chain', modules = [1, 5] }
 engine = 'host'
@@ -23,7 +23,7 @@ seed = { from = 1, to = 2 }
 struct Campaign(TempDir);
 
 impl Campaign {
-    /// With a directory whose name a shell would take apart.
+    /// A campaign in a directory whose name a shell would split.
     fn of(text: &str) -> Self {
         let campaign = Campaign(tempfile::tempdir().unwrap());
         fs::write(campaign.path("campaign.toml"), text).unwrap();
@@ -50,7 +50,7 @@ impl Campaign {
         run(&[&["report", &self.directory()], arguments].concat())
     }
 
-    /// The names of the results, and when each was written.
+    /// The names of the results, and the time at which each was written.
     fn results(&self) -> Vec<(String, std::time::SystemTime)> {
         let files = fs::read_dir(Path::new(&self.directory()).join("runs")).unwrap().map(Result::unwrap);
         let mut results: Vec<_> = files
@@ -63,7 +63,7 @@ impl Campaign {
         results
     }
 
-    /// Each line of the table by the names of its columns.
+    /// The lines of the table, each as a function from the name of a column to its cell.
     fn rows(&self, name: &str) -> Vec<impl Fn(&str) -> String> {
         let text = self.file(name);
         let mut table = csv::Reader::from_reader(text.as_bytes());
@@ -91,11 +91,11 @@ fn a_campaign_goes_on_where_it_was_and_tells_what_failed() {
     assert_eq!(planned.status.code(), Some(0), "{}", said(&planned));
     assert!(said(&planned).contains("runs: 8, done: 0"), "{}", said(&planned));
 
-    // Three are done, then somebody interrupts it.
+    // Three jobs are done before the campaign is interrupted.
     let jobs = campaign.file("jobs");
     let lines: Vec<_> = jobs.lines().collect();
     assert_eq!(lines.len(), 8);
-    // A job fails as its run does.
+    // A job fails if its run fails.
     assert!(!shell(lines[0]).status.success());
     assert!(shell(lines[4]).status.success() && shell(lines[7]).status.success());
     let first = campaign.results();
@@ -124,7 +124,7 @@ fn a_campaign_goes_on_where_it_was_and_tells_what_failed() {
     }
     assert_eq!((summary[3]("done"), summary[3]("failed")), ("2".into(), "0".into()));
 
-    // What failed is told with its command, and fails by it as it did.
+    // The report has the command of each failed run, which reproduces the failure.
     let told: Vec<_> = report.lines().filter_map(|line| line.strip_prefix("exit status 1: ")).collect();
     assert_eq!(told.len(), 4, "{report}");
     let again = shell(told[0]);
@@ -137,7 +137,7 @@ fn a_campaign_goes_on_where_it_was_and_tells_what_failed() {
 
 #[test]
 fn a_run_that_is_killed_leaves_no_result_and_is_run_again() {
-    // It takes seconds, so it is in the midst of them when it is killed.
+    // The run takes seconds, so it is still running when it is killed.
     let campaign = Campaign::of("robot = 'chain'\nengine = 'host'\nseconds = 1500");
     let (file, directory) = (campaign.path("campaign.toml"), campaign.directory());
     let mut running = Command::new(env!("CARGO_BIN_EXE_superbot-sim"))
@@ -166,7 +166,7 @@ fn how_a_run_ended_before_is_not_told_of_one_that_is_still_to_be_made() {
         let report = said(&campaign.report(&[]));
         assert!(report.contains("still to run: 1") && !report.contains("exit status"), "{report}");
     };
-    // It is refused, and ended by a signal once it can be made.
+    // First the run is refused. Then it is possible, and a signal ends it.
     let campaign = Campaign::of("robot = 'one.toml'\nengine = 'host'\nseconds = 86400");
     let robot = campaign.path("one.toml");
     fs::write(&robot, "modules = 1").unwrap();
@@ -189,7 +189,7 @@ fn how_a_run_ended_before_is_not_told_of_one_that_is_still_to_be_made() {
     job.wait().unwrap();
     is_to_run(&campaign);
 
-    // Nobody leads a body of one module; and then its result is removed.
+    // A robot of one module has no head and fails. Then its result is removed.
     let campaign = Campaign::of("robot = { shape = 'chain', modules = 1 }\nengine = 'host'\nseconds = 2");
     assert_eq!(campaign.plan(&["--run"]).status.code(), Some(1));
     let result = &campaign.results()[0].0;
@@ -206,7 +206,7 @@ fn a_result_that_was_removed_is_made_again() {
     fs::remove_file(Path::new(&campaign.directory()).join("runs").join(name)).unwrap();
     let again = campaign.plan(&["--run"]);
     assert!(said(&again).contains("runs: 1, done: 1"), "{}", said(&again));
-    // GNU parallel is not everywhere. By a list of its own it would take the job for done.
+    // With a job log, GNU parallel, which may not be installed here, would take the job for done.
     let told = said(&campaign.plan(&[]));
     assert!(told.contains("parallel ") && !told.contains("--joblog"), "{told}");
 }
@@ -322,7 +322,6 @@ fn robot_files_that_can_not_be_built_are_refused_before_anything_is_written() {
     }
 }
 
-/// A job is a line: a shell would take the pieces of one with two for commands.
 #[test]
 fn a_campaign_file_is_not_overwritten_by_what_the_campaign_writes() {
     let campaign = Campaign::of(FILE);
@@ -338,6 +337,7 @@ fn a_campaign_file_is_not_overwritten_by_what_the_campaign_writes() {
     }
 }
 
+/// A job is one line. A shell would take the parts of a longer one for separate commands.
 #[test]
 fn a_path_with_a_line_break_is_refused() {
     let campaign = Campaign::of("robot = \"a\\nb.toml\"\nengine = 'host'");

@@ -1,4 +1,4 @@
-//! The program `superbot-sim`, as `./x sim` and people's CI run it.
+//! Tests the program `superbot-sim`, as `./x sim` and users' CI run it.
 
 mod command;
 
@@ -10,7 +10,7 @@ use std::process::{Command, Output, Stdio};
 use command::{images, run};
 use serde_json::Value;
 
-/// What the program printed to the standard output, all of it.
+/// The whole standard output of the program.
 fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout)
         .unwrap_or_else(|error| panic!("{error}: {}", String::from_utf8_lossy(&output.stdout)))
@@ -44,7 +44,7 @@ fn a_chain_of_five_ends_well_and_is_reported_as_json() {
     is_true(report["hormones_delivered"].as_u64() == sent, "hormones_delivered");
     is_true(report["hormones_lost"] == 0, "hormones_lost");
 
-    // A neighbour is found within 150 ms; nobody is lost.
+    // A neighbour is found within 150 ms, and none is lost.
     is_true(
         report["discovery_ms_max"].as_f64().is_some_and(|ms| ms > 5.0 && ms <= 150.0),
         "discovery_ms_max",
@@ -65,12 +65,12 @@ fn a_chain_of_five_ends_well_and_is_reported_as_json() {
     is_true(mean_and_max(&report["cpu_load"]["slave"], "cpu_load.slave") < 1.0, "cpu_load.slave");
 
     is_true(report["link"]["frames"].as_u64().is_some_and(|frames| frames > 100), "link.frames");
-    // While all find each other at once an ACK may be late, once.
+    // While all modules find each other at the same time, an ACK may be late, once.
     let retries = report["link"]["retries"].as_u64();
     is_true(retries.is_some_and(|retries| retries <= 1), "link.retries");
     let first = json(&run(&["sim", "chain", "--modules", "5", "--seconds", "0.4", "--json", "-"]));
     is_true(first["link"]["retries"].as_u64() == retries, "link.retries since the first 0.4 s");
-    // A module whose power comes in the midst of a neighbour's frame hears the rest of it.
+    // A module that powers up in the middle of a neighbour's frame hears the rest of the frame.
     is_true(report["link"]["errors"].as_u64().is_some_and(|errors| errors <= 8), "link.errors");
     let hash = report["state_hash"].as_str().unwrap_or_default();
     is_true(hash.len() == 16 && u64::from_str_radix(hash, 16).is_ok(), "state_hash");
@@ -124,7 +124,7 @@ fn frames_are_lost_as_asked_for() {
     assert!(lossy["link"]["retries"].as_u64().is_some_and(|retries| retries > 0), "{lossy:#}");
     assert_eq!(status, Some(0), "{lossy:#}");
     let (status, deaf) = report("1");
-    // Nobody can hear anybody, and so all know it; but nobody leads.
+    // No module hears another, and each module's view is right; but there is no head.
     assert_eq!((status, &deaf["topology_correct"]), (Some(1), &Value::Bool(true)), "{deaf:#}");
 }
 
@@ -195,7 +195,8 @@ fn an_order_before_the_power_comes_is_heard_by_nobody_in_either_engine() {
     let file = directory.path().join("robot.toml");
     let order = "[[event]]\nat = 0\ncommand = [0xd2, 1, 255]\nto = \"0.Front\"\n";
     std::fs::write(&file, format!("modules = 2\nshape = \"chain\"\n{order}")).unwrap();
-    // It is sent for the last time after 30 ms; the power comes after 26.5 and 30.1 ms.
+    // The order is sent for the last time after 30 ms. With the two seeds, power comes after 26.5 and 30.1
+    // ms.
     for (seed, faults) in [("62", 0), ("63", 1)] {
         for engine in ["simavr", "host"] {
             let robot = ["sim", file.to_str().unwrap(), "--engine", engine, "--world", "none"];
@@ -227,7 +228,7 @@ fn where_the_world_broke_nothing_is_said_of_a_longer_run() {
 fn a_run_ends_at_the_time_that_it_was_asked_for() {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("robot.toml");
-    // In cycles that is just less than a whole number.
+    // 1.001 s times the clock rate is just less than a whole number of cycles.
     std::fs::write(&file, "modules = 2\nshape = \"chain\"\n[[event]]\nat = 1.001\nreset = 0\n").unwrap();
     let output =
         run(&["sim", file.to_str().unwrap(), "--engine", "host", "--seconds", "1.001", "--json", "-"]);
@@ -317,7 +318,7 @@ fn a_robot_that_had_no_time_fails_and_says_why() {
     let output = run(&["sim", "chain", "--modules", "5", "--seconds", "0.05", "--json", "-"]);
     assert_eq!(output.status.code(), Some(1));
     assert_eq!(json(&output)["hormones_delivered"], 0);
-    // An MCU that has not begun has counted nothing, whatever its RAM holds.
+    // An MCU whose program has not begun counts as 0, whatever its RAM holds.
     let report = json(&run(&["sim", "chain", "--seconds", "0.001", "--json", "-"]));
     assert_eq!((&report["link"]["frames"], &report["bridge"]["messages"]), (&0.into(), &0.into()));
     let message = String::from_utf8_lossy(&output.stderr);
@@ -349,7 +350,7 @@ fn what_can_not_be_run_is_refused_with_advice() {
     assert_refused(&run(&["sim", "six-legs", "--modules", "10"]), "at least 11 modules");
     for table in ["terrain", "period"] {
         assert_refused(&run(&[table, "--modules", "1002"]), "simavr runs up to 1000 modules");
-        // What is below 0 is a number, and no option.
+        // A negative number is parsed as a value, not as an option.
         assert_refused(&run(&[table, "--modules", "-5"]), "give a number of modules from 1 to 1000000");
         assert_refused(&run(&[table, "--threads", "-1"]), "give a number of threads from 1 to 256");
         assert_refused(&run(&[table, "--seconds", "-3"]), "-3 is not in");
@@ -359,7 +360,7 @@ fn what_can_not_be_run_is_refused_with_advice() {
     assert_refused(&run(&[]), "sim");
     let nowhere = Path::new(env!("CARGO_TARGET_TMPDIR")).join("no/such/folder/report.json");
     let nowhere = nowhere.to_str().expect("the path is text");
-    // That is said before anything is run.
+    // These errors come before anything is run.
     assert_refused(&run(&["sim", "chain", "--images", "no/such/folder", "--json", nowhere]), "can't write");
     assert_refused(&run(&["bench", "--images", "no/such/folder", "--json", nowhere]), "can't write");
     assert_refused(&run(&["response", "--svg", nowhere]), "give --svg another path");
@@ -367,7 +368,7 @@ fn what_can_not_be_run_is_refused_with_advice() {
 
 const QUICK: [&str; 6] = ["sim", "chain", "--engine", "host", "--seconds", "2"];
 
-/// The program with what it prints, and says, going elsewhere.
+/// Runs the program with its standard output and standard error redirected.
 fn run_into(arguments: &[&str], output: Stdio, said: Stdio) -> Output {
     let mut program = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
     program.env("SUPERBOT_IMAGES", images());
@@ -412,7 +413,7 @@ fn a_report_is_written_whole_or_leaves_the_file_as_it_was() {
     let [report, robot, pipe] = ["report.json", "robot.toml", "pipe"].map(path);
     std::fs::write(&robot, "modules = 0").expect("it can be written");
 
-    // What can't be run leaves no file.
+    // A run that is refused leaves no file.
     assert_refused(&run(&["sim", &robot, "--engine", "host", "--json", &report]), "give a number of modules");
     assert_refused(&run(&["sim", &robot, "--engine", "host", "--json", &robot]), "is the robot file");
     let made = Command::new("mkfifo").arg(&pipe).status().expect("coreutils has it");
@@ -421,7 +422,7 @@ fn a_report_is_written_whole_or_leaves_the_file_as_it_was() {
     let names = || std::fs::read_dir(&directory).expect("it is there").count();
     assert_eq!(names(), 2, "the robot file and the pipe");
 
-    // A run that is ended by a signal leaves what was there.
+    // A run that a signal ends leaves the old file as it was.
     std::fs::write(&report, "before").expect("it can be written");
     let long = ["sim", "chain", "--engine", "host", "--seconds", "86400", "--json", &report];
     let mut program = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
@@ -447,7 +448,7 @@ fn a_report_goes_to_where_a_link_leads_and_the_link_stays() {
     for (link, target) in links {
         symlink(target, path(link)).unwrap();
     }
-    // The file is not there yet, and then it is.
+    // First the file does not exist yet, then it does.
     for _ in 0..2 {
         assert_eq!(report("far").status.code(), Some(0));
         let written = std::fs::read(path("new.json")).unwrap();
@@ -544,7 +545,7 @@ fn a_robot_that_was_told_to_walk_and_does_not_ends_with_status_1() {
     assert!(message.contains("does not walk"), "{message}");
     let report = json(&output);
     assert_eq!(report["world"], "ground");
-    // It stands: of no way there are no parts.
+    // The robot stands, so there are no figures relative to its way.
     assert!(report["distance_m"].as_f64().is_some_and(|distance| distance.abs() < 0.001), "{report:#}");
     assert!(report["sideways_percent"].is_null() && report["slip_percent"].is_null(), "{report:#}");
     assert!(report["metres_per_charge"].is_null(), "{report:#}");
@@ -624,7 +625,7 @@ fn what_can_not_be_recorded_is_refused_before_it_runs() {
     assert_refused(&record("-"), "the standard output has the summary: give --record a file");
     assert_refused(&record(&at("")), "give --record another path");
     assert_refused(&record(&at("nowhere/run.html")), "give --record another path");
-    // A path of a folder that is not there, and of one that is a file.
+    // Paths of directories that do not exist, and of one that is a file.
     for folder in ["nowhere/", "nowhere/.", "robot.toml/"] {
         assert_refused(&record(&at(folder)), "give --record another path");
     }
@@ -644,7 +645,7 @@ fn what_can_not_be_recorded_is_refused_before_it_runs() {
     assert_eq!(left, ["robot.toml"]);
 }
 
-/// What the program draws on a terminal of this size, or in a pipe if there is none.
+/// The output of the program on a terminal of this size, or in a pipe if `terminal` is `None`.
 fn drawn(terminal: Option<(usize, usize)>, no_color: bool) -> String {
     let program = env!("CARGO_BIN_EXE_superbot-sim");
     let run = format!("'{program}' {} 2>&1 >/dev/null", QUICK.join(" "));

@@ -1,4 +1,4 @@
-//! `./x gdb`: gdb is driven as a user drives it, on a robot that runs.
+//! Tests `./x gdb`: drives gdb as a user does, on a running robot.
 
 mod command;
 
@@ -17,7 +17,7 @@ const ROBOT: [&str; 6] = ["chain", "--modules", "2", "--world", "none", "--secon
 /// In `Kernel`: the running task (kernel/src/ready.rs).
 const RUNNING: u16 = 2;
 
-/// Has gdb do what the lines say, and returns what it printed.
+/// Runs gdb with the commands in `lines`, and returns its output.
 fn debug(arguments: &[&str], lines: &[&str]) -> Output {
     let commands: Vec<&str> = lines.iter().flat_map(|&line| ["-ex", line]).collect();
     run(&[&["gdb"], arguments, &ROBOT, &["--", "-nx", "-batch"], &commands].concat())
@@ -33,7 +33,7 @@ fn cycles(output: &str) -> Vec<u64> {
     output.lines().filter_map(cycle).collect()
 }
 
-/// Watches, by this command, the low byte of what the kernel of the master's image calls the running task.
+/// A command of gdb that watches the low byte of the kernel's running task, in the master's image.
 fn watch_running_task(command: &str) -> String {
     let image = Image::load(images().join("firmware-master.elf")).expect("./x build has left the image");
     let kernel = image.symbols().find(|(name, _)| name.ends_with("6kernel6KERNEL"));
@@ -51,7 +51,7 @@ fn a_task_is_stopped_at_a_function_and_all_tasks_show_where_they_are() {
     );
     let (told, error) = (text(&output.stdout), text(&output.stderr));
     let expect = |what: &str| assert!(told.contains(what), "no {what:?} in\n{told}\n{error}");
-    // A frame of the task, by its line, and below it the closure that was given to the kernel.
+    // A frame of the task, with its line, and below it the closure that was given to the kernel.
     expect("hit Breakpoint 1");
     expect("at tasks/src/link/send.rs:");
     expect("at firmware-master/src/main.rs:");
@@ -88,12 +88,12 @@ fn a_watchpoint_is_hit_forward_and_back_and_the_run_ends_as_without_gdb() {
         panic!("{told}\n{error}")
     };
     assert!(4_000_000 <= first && first < second && second < third, "{told}\n{error}");
-    // It stops behind the instruction that writes, and on the way back before that.
+    // The MCU stops after the instruction that writes, and on the way back before it.
     assert!((third - 4..third).contains(&back), "{told}\n{error}");
     assert!((second - 4..second).contains(&further), "{told}\n{error}");
     assert!(step < further, "{told}\n{error}");
     assert_eq!(again, second, "{told}\n{error}");
-    // Behind the instruction in which the second ends, as where nobody stopped it.
+    // The run ends after the instruction in which the second ends, as without any stop.
     let unstopped = text(&debug(&["0.master", "--at=0.25"], &["continue", "monitor time"]).stderr);
     assert_eq!(cycles(&unstopped), [end], "{told}\n{error}");
     assert!((16_000_000..16_000_004).contains(&end), "{told}\n{error}");
@@ -154,9 +154,9 @@ fn registers_are_written_by_their_addresses_too() {
         "set var *(unsigned char *) 0x80005d = 64",
         "set var *(unsigned char *) 0x80005f = 129",
         "printf \"by name %d %d %d\\n\", $r17, (int) $SP & 255, $SREG",
-        // gdb writes all of them where one changes.
+        // gdb writes all registers when one changes.
         "set var $r18 = 7",
-        // The jump to where the program begins.
+        // The jump to the begin of the program.
         "stepi",
         "x/1ub 0x800011",
         "x/1ub 0x800012",
@@ -179,7 +179,7 @@ fn a_program_that_crashes_and_a_world_that_breaks_are_told_of_once() {
         let end = error.find("the run is over").expect("it ends");
         assert!(error.find(what).is_some_and(|told| told < end), "{error}");
     };
-    // Flash is erased there.
+    // The flash is erased at that address.
     let crashed = debug(&["0.slave", "--at=0.2"], &["set var $PC2 = 0x1ff00", "continue"]);
     expect_once(&crashed, "superbot-sim: module 0: the Slave MCU crashed: ");
 
@@ -188,7 +188,7 @@ fn a_program_that_crashes_and_a_world_that_breaks_are_told_of_once() {
     expect_once(&run(&robot), "superbot-sim: the world broke after 0.9");
 }
 
-/// What is answered to a packet of this body, without the acknowledgement.
+/// The answer to a packet with this body, without the acknowledgement.
 fn ask(gdb: &mut BufReader<TcpStream>, body: &str) -> String {
     let sum = body.bytes().fold(0, u8::wrapping_add);
     write!(gdb.get_mut(), "${body}#{sum:02x}").expect("it is heard");

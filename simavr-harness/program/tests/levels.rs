@@ -1,5 +1,5 @@
-//! `./x sim --trace FILE.vcd`: the levels are read as an instrument at the pins would see them, and held
-//! against the timeline of the same run.
+//! Tests `./x sim --trace FILE.vcd`: reads the levels as an instrument at the pins would see them, and
+//! compares them with the timeline of the same run.
 
 mod command;
 
@@ -18,7 +18,7 @@ const CYCLE: u64 = 625;
 /// Cycles of a bit at 38400 baud.
 const BIT: u64 = 416;
 
-/// The run that is traced.
+/// The options of the traced run.
 const ROBOT: [&str; 8] =
     ["sim", "chain", "--modules", "2", "--seconds", "1", "--trace-of", "0.master,0.slave,1.master"];
 
@@ -81,7 +81,7 @@ fn level_at(wire: &[(u64, bool)], cycle: u64) -> bool {
     wire[wire.partition_point(|&(since, _)| since <= cycle) - 1].1
 }
 
-/// What a receiver with a USART hears until `end`, which may cut the last character off.
+/// The characters that a USART receives until `end`, which may cut the last character off.
 fn characters(wire: &[(u64, bool)], end: u64) -> Vec<u8> {
     let mut characters = Vec::new();
     let mut deaf_until = 0;
@@ -100,10 +100,10 @@ fn characters(wire: &[(u64, bool)], end: u64) -> Vec<u8> {
     characters
 }
 
-/// A transaction on a two-wire bus: bytes, and whether each was acknowledged.
+/// A transaction on a two-wire bus: bytes, each with whether it was acknowledged.
 type Transaction = Vec<(u8, bool)>;
 
-/// What one hears there.
+/// Decodes the transactions from the levels of both wires.
 fn transactions(clock: &[(u64, bool)], data: &[(u64, bool)]) -> Vec<Transaction> {
     let mut edges: Vec<(u64, bool, bool)> =
         clock.iter().map(|&(cycle, level)| (cycle, true, level)).collect();
@@ -117,7 +117,7 @@ fn transactions(clock: &[(u64, bool)], data: &[(u64, bool)]) -> Vec<Transaction>
                 bits.push(level_at(data, cycle));
             }
         } else if level_at(clock, cycle) {
-            // Data change while the clock is high: a START or a STOP. The clock has risen once for it.
+            // SDA changes while SCL is high: a START or a STOP. SCL has risen once for it.
             if let Some(bits) = bits.take() {
                 assert_eq!(bits.len() % 9, 1, "{} bits before {cycle}", bits.len());
                 let byte = |bits: &[bool]| bits[..8].iter().fold(0, |byte, &bit| byte << 1 | u8::from(bit));
@@ -155,7 +155,7 @@ fn levels_say_what_the_timeline_says() {
         events.iter().filter(move |event| event["ph"] == "B" && event["tid"] == tid)
     };
 
-    // Of each dock's line, by a USART and by software, the bytes of the frames.
+    // The bytes of the frames on each dock's line, by a USART or in software.
     for (mcu, dock) in
         [("0.master", "Front"), ("0.master", "Left"), ("0.master", "Right"), ("0.slave", "Back")]
     {
@@ -199,13 +199,13 @@ fn levels_say_what_the_timeline_says() {
         (text(&event["name"]), text(&event["args"]["bytes"]))
     });
     let (heard, told): (Vec<_>, Vec<_>) = (heard.collect(), told.collect());
-    // Who still deals with the packet before is not there for the next one, now and then: that is sent again.
+    // Sometimes an MCU still handles the packet before and does not answer the next one, which is sent again.
     let retries = report["bridge"]["retries"].as_u64().expect("they are counted");
     assert!(unheard <= retries, "{unheard} found nobody, {retries} were sent again");
     assert!(unheard * 50 < heard.len() as u64, "{unheard} of {} found nobody", heard.len());
     assert!(told.starts_with(&heard) && told.len() <= heard.len() + 1, "{} of {}", heard.len(), told.len());
 
-    // The joints' control is where the timeline has it.
+    // The joints' control begins at the same cycles as on the timeline.
     let begins: Vec<u64> = begun("0.master", "joints")
         .map(|event| (event["ts"].as_f64().expect("a time") * 16.0) as u64)
         .collect();
@@ -214,12 +214,12 @@ fn levels_say_what_the_timeline_says() {
     assert!(!begins.is_empty());
     assert_eq!(begins, rises);
 
-    // The pulses for a joint come 20,000 times a second, each about the same moment of its period.
+    // The pulses for a joint come 20,000 times a second, each centred on the same point of its period.
     let pulses: Vec<&[(u64, bool)]> = wires.wire("0_master", "Front_pwm")[1..].chunks_exact(2).collect();
     assert!(pulses.len() > 100, "{} pulses", pulses.len());
     let middles: Vec<u64> = pulses.iter().map(|pulse| (pulse[0].0 + pulse[1].0) / 2).collect();
     let reference = middles[1];
-    // The first pulse begins with the timer, in its middle.
+    // The first pulse begins in its middle, when the timer starts.
     let off = |&middle: &u64| {
         let off = (middle - reference) % 800;
         off.min(800 - off)

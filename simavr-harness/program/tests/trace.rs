@@ -1,4 +1,4 @@
-//! `./x sim --trace`: a timeline is read as Perfetto reads it, and held against the summary.
+//! Tests `./x sim --trace`: reads a timeline as Perfetto does, and compares it with the summary.
 
 mod command;
 
@@ -34,7 +34,7 @@ struct Slice {
     name: String,
     begin: u64,
     end: u64,
-    /// How many slices lie around it.
+    /// The number of slices around it.
     depth: usize,
 }
 
@@ -146,7 +146,7 @@ fn a_trace_adds_up_to_the_summary_and_changes_nothing() {
         assert!((loads[0].max(loads[1]) - told["max"].as_f64().expect("it is told")).abs() < 1e-12);
     }
     for mcu in all.split(',') {
-        // Each task's own track says the same as that of the CPU.
+        // Each task's own track agrees with that of the CPU.
         let tasks = timeline.tracks.keys().filter(|(of, track)| of == mcu && track != "CPU");
         let mut tasks_seen = 0;
         for (_, task) in tasks.filter(|(_, task)| task.chars().all(|one| !one.is_lowercase())) {
@@ -155,7 +155,7 @@ fn a_trace_adds_up_to_the_summary_and_changes_nothing() {
             tasks_seen += 1;
         }
         assert!(tasks_seen >= 9, "{mcu} has {tasks_seen} tasks");
-        // It goes on to the end, but for an instruction.
+        // The track reaches the end of the run, to within an instruction.
         let cpu = timeline.track(mcu, "CPU");
         let end = cpu.iter().map(|slice| slice.end).max().expect("something was");
         assert!((16_000_000..16_000_010).contains(&end), "{end}");
@@ -166,7 +166,7 @@ fn a_trace_adds_up_to_the_summary_and_changes_nothing() {
     assert_eq!(report["state_hash"], without["state_hash"]);
 }
 
-/// A module's reset, and another one's end, in the midst of a run.
+/// A module's reset, and another one's loss of power, in the middle of a run.
 const CHANGES: &str = r#"
 shape = "chain"
 modules = 3
@@ -192,7 +192,7 @@ fn resets_and_deaths_keep_a_trace_right() {
     let end = |mcu: &str| timeline.track(mcu, "CPU").iter().map(|slice| slice.end).max().expect("it ran");
     assert!((16_000_000..16_000_010).contains(&end("0.master")));
     assert!((16_000_000..16_000_010).contains(&end("1.slave")));
-    // The one without power stops where it lost that, and all of its tracks with it.
+    // The MCU that lost its power stops then, with all of its tracks.
     assert!((8_000_000..8_000_010).contains(&end("2.master")));
     for ((mcu, track), slices) in &timeline.tracks {
         assert!(slices.iter().all(|slice| slice.end <= end(mcu)), "{mcu} {track}");
@@ -239,7 +239,7 @@ fn arrows_lead_from_dock_to_dock_and_from_hormone_to_hormone() {
         }
     }
     assert_eq!(report["hormones_delivered"], hormones, "each hormone that came has an arrow");
-    // No frame is lost: each that those docks sent has an arrow, but for one under way at the end.
+    // No frame is lost: each frame that those docks sent has an arrow, except one under way at the end.
     let sent = [("0.slave", "Back sends"), ("1.master", "Front sends"), ("1.slave", "Back sends")];
     let sent = sent.into_iter().chain([("2.master", "Front sends")]);
     let sent: usize = sent.map(|(mcu, track)| timeline.track(mcu, track).len()).sum();
@@ -251,14 +251,14 @@ fn joints_are_controlled_each_millisecond() {
     let (_, timeline) = traced("joints", &["chain", "--modules", "2", "--seconds", "2", "--world", "none"]);
     let control = timeline.track("0.master", "joints");
     assert!(control.len() > 100 && control.iter().all(|slice| slice.name == "control"));
-    // While a joint moves; then it rests for long, once the last drives have been put into effect, by the probe's
-    // shortest pulse.
+    // Only while a joint moves. The probe's shortest pulse puts the last drives into effect, and then the
+    // joint rests for long.
     let follows =
         |pair: &&[Slice]| pair[1].begin - pair[0].begin < 32_000 && pair[1].end - pair[1].begin > 200;
     let apart: Vec<u64> =
         control.windows(2).filter(follows).map(|pair| pair[1].begin - pair[0].begin).collect();
     assert!(apart.len() > 100 && apart.iter().all(|apart| apart.abs_diff(16_000) < 20 * 16), "{apart:?}");
-    // The highest task has the CPU for most of it.
+    // The task with the highest priority has the CPU for most of it.
     let running = timeline.track("0.master", "MOTORS");
     for slice in control {
         let inside = running.iter().filter(|other| other.name == "running");

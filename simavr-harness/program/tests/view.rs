@@ -1,4 +1,4 @@
-//! A run that pages look at: who may, and what that changes.
+//! Tests a run that pages show: which pages may, and what they change.
 
 mod command;
 
@@ -13,7 +13,7 @@ use std::time::Duration;
 
 use serde_json::Value;
 
-/// A run, and where its page is.
+/// A run, and the address of its page.
 struct Viewed {
     program: Child,
     host: String,
@@ -33,7 +33,7 @@ impl Viewed {
         Viewed { host: host.into(), token: token.into(), program }
     }
 
-    /// What is answered to a request with these headers, which closes the connection.
+    /// The answer to a request with these headers, which closes the connection.
     fn send(&self, what: &str, headers: &str, body: &str) -> String {
         let mut stream = TcpStream::connect(&self.host).unwrap();
         let length = body.len();
@@ -56,7 +56,7 @@ impl Viewed {
         self.send(&format!("POST /{token}/ask{query}"), &headers, wish)
     }
 
-    /// Listens as a page does, and returns by what query it asks for something.
+    /// Listens as a page does. Returns the stream, and the query with which this page makes its wishes.
     fn listen(&self) -> (BufReader<TcpStream>, String) {
         let Viewed { host, token, .. } = self;
         let mut stream = TcpStream::connect(host).unwrap();
@@ -72,16 +72,18 @@ impl Viewed {
         (stream, line.trim().replace("Stream: ", "?stream="))
     }
 
-    /// How far it has run, in seconds: something happens that changes nothing, and is in the timeline.
+    /// The time that the run has reached, in seconds. Makes an event happen that changes nothing, and reads
+    /// its time from the timeline.
     fn now(&self) -> f64 {
         assert!(self.ask(r#"{"event": "loss = 0"}"#).starts_with("HTTP/1.1 200"));
         let timeline = self.ask(r#"{"timeline": null}"#);
-        // What is still to come of its own file stands behind.
+        // Events of the robot file that are still to come stand behind it.
         let (until_then, _) = timeline.rsplit_once("\nloss = ").unwrap();
         until_then.rsplit_once("at = ").unwrap().1.parse().unwrap()
     }
 
-    /// Whether it goes on within some time, and then whether it does not any more.
+    /// Waits for some time until the run advances, or until it stands if `goes_on` is false. Returns whether
+    /// it does.
     fn comes_to(&self, goes_on: bool) -> bool {
         (0..50).any(|_| {
             let before = self.now();
@@ -90,7 +92,7 @@ impl Viewed {
         })
     }
 
-    /// Its report, once it is over.
+    /// The report of the run, once it is over.
     fn report(mut self) -> Value {
         let mut json = String::new();
         self.program.stdout.take().unwrap().read_to_string(&mut json).unwrap();
@@ -106,7 +108,7 @@ impl Drop for Viewed {
     }
 }
 
-/// The words of all messages that a page is told until the run is over.
+/// The texts of all messages that a page gets until the run is over.
 fn messages(stream: &mut BufReader<TcpStream>) -> Vec<Value> {
     let mut line = String::new();
     while line != "\r\n" {
@@ -123,13 +125,13 @@ fn messages(stream: &mut BufReader<TcpStream>) -> Vec<Value> {
         let (words, rest) = (length(), length());
         let mut bytes = vec![0; words + rest];
         stream.read_exact(&mut bytes).unwrap();
-        // One without words says nothing.
+        // A message without text is skipped.
         messages.extend(serde_json::from_slice(&bytes[..words]));
     }
     messages
 }
 
-/// A report without what differs from run to run.
+/// A report without the fields that differ from run to run.
 fn report(json: &str) -> Value {
     let mut report: Value = serde_json::from_str(json).unwrap();
     for field in ["wall_seconds", "wall_ratio", "cost"] {
@@ -310,7 +312,7 @@ fn what_is_due_at_the_beginning_happens_before_what_is_done_by_hand() {
     let arguments = ["sim", file.to_str().unwrap(), "--engine", "host", "--loss", "0.9", "--seconds", "1"];
     let arguments = [&arguments[..], &["--json", "-"]].concat();
     let viewed = Viewed::start(&arguments);
-    // What --loss has happen would come after it, and stand.
+    // If the event of --loss were in the file, it would come after this one and override it.
     assert!(viewed.ask(r#"{"event": "loss = 0"}"#).starts_with("HTTP/1.1 200"));
     let answer = viewed.ask(r#"{"timeline": null}"#);
     let saved = answer.split_once("\r\n\r\n").unwrap().1;

@@ -1,8 +1,8 @@
-//! How many instructions of the kernel are written by hand, with all features and for all MCUs together.
+//! Counts the instructions of the kernel that are written in assembly, with all features and for all MCUs.
 
 use super::Measured;
 
-/// The sources with assembly. A test of the kernel holds that there are no others.
+/// The sources with assembly. A test of the kernel checks that there are no others.
 const SOURCES: [&str; 5] = [
     include_str!("../../../kernel/src/arch/avr/flash.rs"),
     include_str!("../../../kernel/src/arch/avr/interrupts.rs"),
@@ -15,7 +15,7 @@ pub(super) fn measure() -> Measured {
     Measured::number("assembly_instructions", SOURCES.into_iter().map(instructions).sum())
 }
 
-/// The instructions of a source, each a line and a string literal of its own; but for planted faults.
+/// Counts the instructions of a source, each a string literal on a line of its own, without planted faults.
 fn instructions(source: &str) -> u64 {
     let lines = source.lines().map(str::trim);
     let behind = std::iter::once("").chain(lines.clone());
@@ -23,7 +23,7 @@ fn instructions(source: &str) -> u64 {
         as u64
 }
 
-/// Not a label, a directive or another string.
+/// Whether a line is an instruction, not a label, a directive or another string.
 fn is_instruction(line: &str) -> bool {
     let Some((text, rest)) = line.strip_prefix('"').and_then(|line| line.split_once('"')) else {
         return false;

@@ -1,13 +1,13 @@
-//! Sizes, from the images as they are linked.
+//! Sizes, from the linked images.
 //!
-//! The kernel's flash is measured twice on a program with every call of it once: its own functions, as other
-//! kernels' flash is measured; and with the calls that are compiled into the program, and what that does with
-//! their results. Of all six categories of AvrX's calls it has the EEPROM and single steps, too, with what
-//! `board` does for them.
+//! The kernel's flash is measured in two ways on a program that makes every call once: the kernel's own
+//! functions, as other kernels' flash is measured; and these together with the calls that are compiled into
+//! the program, and its use of their results. The program with all six categories of AvrX's calls also has
+//! the EEPROM and single steps, with what `board` does for them.
 
 use super::{BenchError, Counted, Flash, Measured, TestImages, unmeasurable};
 
-/// Variable of `bench_bytes`, bytes in it that are its user's, figure.
+/// Variable of `bench_bytes`, bytes in it that belong to the user, figure.
 const VARIABLES: [(&str, u64, &str); 4] = [
     ("TASK_WITH_100_BYTES", 100, "task_bytes"),
     ("SEMAPHORE", 0, "semaphore_bytes"),

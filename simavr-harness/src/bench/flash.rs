@@ -1,11 +1,11 @@
-//! What a program that calls the kernel takes of the flash more than one without a kernel: how much of it is
-//! the kernel's.
+//! Measures the flash that a program with the kernel takes beyond one without a kernel, and the kernel's part
+//! of it.
 //!
-//! Of other kernels it is known how much their own functions take as they are linked, without the program
-//! that calls them. Here many a call is compiled into its caller: that much is the program's. What the
-//! program's crate does not define is the kernel's: what is generic and built for the program, too, and what
-//! only the kernel needs of `board`, of the compiler's library and of the start-up code. Of the interrupts
-//! only the one that the program declares is its own.
+//! The flash of other kernels is known for their own functions as linked, without the program that calls
+//! them. Here many calls are compiled into their callers, and count to the program. A function that the
+//! program's crate does not define counts to the kernel. That includes generic functions that are built for
+//! the program, and what only the kernel needs of `board`, of the compiler's library and of the start-up
+//! code. Of the interrupts only the one that the program declares counts to the program.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -16,13 +16,13 @@ use rustc_demangle::demangle;
 use super::{BenchError, TestImages, unmeasurable};
 use crate::image::{Place, Symbol};
 
-/// What an image takes more than the one without a kernel.
+/// The flash that an image takes beyond the one without a kernel.
 #[derive(Clone, Debug)]
 pub struct Flash {
     pub image: String,
     /// Largest first.
     pub kernel: Vec<Function>,
-    /// With the calls that are compiled into it; largest first.
+    /// Including the calls that are compiled into it; largest first.
     pub program: Vec<Function>,
 }
 
@@ -30,7 +30,7 @@ pub struct Flash {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Function {
     pub name: String,
-    /// More than its namesake takes without a kernel: less than 0 where that is larger.
+    /// Beyond the function of the same name in the image without a kernel: negative if that one is larger.
     pub bytes: i64,
 }
 
@@ -65,7 +65,7 @@ fn sum(functions: &[Function]) -> i64 {
     functions.iter().map(|function| function.bytes).sum()
 }
 
-/// The interrupt that the measured programs declare themselves.
+/// The interrupt handler that the measured programs declare themselves.
 const INTERRUPT_OF_PROGRAM: &str = "__vector_5";
 
 /// Whether the crate `program` defines the function of this name, not a macro of the kernel or of `board`.
@@ -82,7 +82,7 @@ pub(super) fn crate_of(name: &str) -> Option<&str> {
     name.split("::").next()?.rsplit(['<', '&', ' ']).next()
 }
 
-/// How much of the image's flash each symbol takes, up to the next one: together all of it.
+/// The bytes of the image's flash by symbol, each up to the next one. Together they are all of it.
 fn sizes_of(images: &TestImages, name: &str) -> Result<BTreeMap<String, i64>, BenchError> {
     let image = images.image(name)?;
     let data = |symbol| match image.symbol(symbol) {
@@ -92,7 +92,8 @@ fn sizes_of(images: &TestImages, name: &str) -> Result<BTreeMap<String, i64>, Be
     Ok(sizes(image.flash().len(), data("__data_start")?..data("__data_end")?, image.symbols()))
 }
 
-/// The same of a flash of `end` bytes, the last of them initial values of the variables in `data`.
+/// The bytes by symbol of a flash of `end` bytes, the last of which are the initial values of the variables
+/// in `data`.
 fn sizes<'a>(
     end: usize,
     data: Range<u16>,
@@ -110,7 +111,7 @@ fn sizes<'a>(
             _ => None,
         })
         .collect();
-    // Of symbols at one place the largest gives the name; the linker's own have no size.
+    // Of several symbols at one address the largest gives the name; the linker's own symbols have no size.
     begins.sort_unstable();
     begins.dedup_by_key(|&mut (at, ..)| at);
     let ends = begins.iter().skip(1).map(|&(at, ..)| at).chain([end]);

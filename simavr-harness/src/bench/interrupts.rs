@@ -1,5 +1,5 @@
-//! What interrupts cost: from the acceptance of one to the task that it wakes, or back to the task that it
-//! interrupted.
+//! Measures the cost of interrupts: from the acceptance to the task that the interrupt wakes, or back to the
+//! task that it interrupted.
 
 use std::collections::BTreeMap;
 use std::ops::{Range, RangeInclusive};
@@ -12,10 +12,10 @@ use crate::part::Pin;
 /// The pin of external interrupt 4.
 pub(super) const BUTTON: Pin = Pin { port: 'E', bit: 4 };
 
-/// More cycles than the start of an image, or anything that is measured here, takes.
+/// A limit in cycles, more than the start of an image or any stretch that is measured here takes.
 const PATIENCE: u64 = 1_000_000;
 
-/// What unused bytes of a stack are made to hold.
+/// The value to which unused bytes of a stack are set.
 const PAINT: u8 = 0xa5;
 
 /// Bytes of the control block before a stack.
@@ -27,7 +27,7 @@ const RETURN_ADDRESS: u16 = 2;
 /// Cycles after which the busy task is in its loop.
 const SETTLED: u64 = 100;
 
-/// At how many places the interrupt comes while the busy task runs.
+/// The number of instants, one cycle apart, at which the interrupt comes while the busy task runs.
 const INTERRUPTIONS: u64 = 200;
 
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
@@ -40,7 +40,7 @@ pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> 
 
 const BUTTON_IMAGE: &str = "bench_interrupt";
 
-/// Marks of that image.
+/// Marks of the image.
 const WOKEN: u8 = END | 1;
 const BUSY_BEGINS: u8 = 2;
 
@@ -64,7 +64,7 @@ fn measure_button(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     ])
 }
 
-/// What one press of the button led to.
+/// The outcome of one press of the button.
 struct Press {
     /// From the acceptance of the interrupt to the first instruction of the woken task.
     latency: Range<u64>,
@@ -74,7 +74,8 @@ struct Press {
     context: u16,
 }
 
-/// Presses the button `interruption` cycles, up to the next instruction, after the task has become busy.
+/// Presses the button `SETTLED + interruption` cycles after the task has become busy, rounded up to the next
+/// instruction.
 fn press(images: &TestImages, interruption: u64) -> Result<Press, BenchError> {
     let fault = |reason| unmeasurable(BUTTON_IMAGE, reason);
     let mut mcu = images.mcu(BUTTON_IMAGE)?;
@@ -119,7 +120,7 @@ fn data_of(image: &Image, name: &str) -> Option<RangeInclusive<u16>> {
 const BUSY_STRETCHES: [(u8, &str); 4] =
     [(1, "tick_cycles_0"), (2, "tick_cycles_1"), (3, "tick_cycles_10"), (4, "tick_cycles_50")];
 
-/// Number of the stretch of `bench_tick` that ends where a task runs whose time is up, figure.
+/// Number of the stretch of `bench_tick` that ends when a task runs whose wait has ended, figure.
 const WAKE_UPS: [(u8, &str); 3] =
     [(5, "tick_to_task_cycles"), (6, "tick_to_task_by_timer_cycles"), (7, "tick_to_task_by_timeout_cycles")];
 
@@ -143,8 +144,8 @@ fn measure_ticks(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
     Ok(measured)
 }
 
-/// Up to the mark `end`: the longest time from the acceptance of an interrupt until the code that it
-/// interrupted goes on.
+/// The longest time from the acceptance of an interrupt until the interrupted code resumes, up to the mark
+/// `end`.
 fn longest_interrupt(mcu: &mut Mcu, end: u8) -> Option<Range<u64>> {
     let mut longest = None;
     let mut interrupted = None;
@@ -164,7 +165,7 @@ fn longest_interrupt(mcu: &mut Mcu, end: u8) -> Option<Range<u64>> {
     longest
 }
 
-/// Over some waits: the longest time from the acceptance of a tick to each mark behind the end of one.
+/// The longest time, over some waits, from the acceptance of a tick to each mark after the end of a wait.
 fn longest_wake_ups(mcu: &mut Mcu) -> BTreeMap<u8, Option<Range<u64>>> {
     let mut longest = BTreeMap::new();
     let mut accepted_at = mcu.cycle();

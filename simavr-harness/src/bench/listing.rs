@@ -1,4 +1,4 @@
-//! Where the cycles of a figure go, instruction by instruction.
+//! Lists the cycles of a figure, instruction by instruction.
 
 use std::path::Path;
 

@@ -5,14 +5,14 @@ use std::path::Path;
 use super::{BenchError, Measured, Stretch, TestImages, unmeasurable};
 use crate::mcu::masked::{MaskedWindow, OpenedBy};
 
-/// So long runs an image that does not end, in cycles: 0.25 s.
+/// The run of an image that does not end, in cycles: 0.25 s.
 const RUN: u64 = 4_000_000;
 
-/// How the names of images begin that show drivers and the tasks above them; and single steps, which hold up
-/// all interrupts for thousands of cycles, masked or not.
+/// Prefixes of the names of images that are left out: those for drivers and the tasks above them, and single
+/// steps, which hold up all interrupts for thousands of cycles, masked or not.
 const OTHERS: [&str; 6] = ["board_", "bench_bridge_", "bench_link_", "devices", "flood_", "step"];
 
-/// The images that make the usual calls: signals and messages to tasks that wait for them alone.
+/// The images that make the usual calls: signals and messages to tasks that wait for nothing else.
 const USUAL: [&str; 2] = ["bench_queue", "bench_tasks"];
 
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
@@ -38,7 +38,7 @@ pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> 
 }
 
 /// The masked windows of all test images in `directory`, longest first: one entry for each place and cause,
-/// with its image. What a program does before its first task runs is not among them.
+/// with its image. The window from the start until interrupts are first enabled is left out.
 ///
 /// # Errors
 /// The directory or an image can't be read.

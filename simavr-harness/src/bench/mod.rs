@@ -1,9 +1,8 @@
-//! The kernel's figures: cycles, masked windows and bytes, measured on the test images `bench_*`. Those of a
-//! module are in
-//! [`module`], that of the simulator itself in [`simulator`].
+//! The kernel's figures: cycles, masked windows and bytes, measured on the test images `bench_*`. The figures
+//! of a module are in [`module`], those of the simulator itself in [`simulator`].
 //!
-//! Cycles are those of the ATmega128, the response to an interrupt included, the marks around a stretch
-//! not. Where a figure is measured more than once, the worst counts.
+//! Cycles are those of the ATmega128, including the response to an interrupt, without the marks around a
+//! stretch. Of a figure that is measured more than once, the worst value counts.
 
 mod assembly;
 mod bytes;
@@ -33,7 +32,7 @@ pub use listing::{Step, listing};
 pub use masked::windows;
 pub use table::{FIGURES, Figure, PEERS, Peer};
 
-/// What a figure is now.
+/// The measured value of a figure.
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// A name in [`FIGURES`].
@@ -46,9 +45,9 @@ pub struct Measured {
 /// What a figure counts.
 #[derive(Clone, Debug)]
 pub enum Counted {
-    /// Cycles, and when they passed.
+    /// Cycles, and the stretch of a run in which they passed.
     Cycles(Stretch),
-    /// Bytes of flash, and of which functions.
+    /// Bytes of flash, and the functions that take them.
     Flash(Flash),
     /// Bytes of RAM, or instructions of the source.
     Number,
@@ -84,7 +83,7 @@ impl Stretch {
     }
 }
 
-/// The longer of what is known and `new`.
+/// Keeps the longer of `known` and `new` in `known`.
 fn keep_longest(known: &mut Option<Range<u64>>, new: Range<u64>) {
     if known.as_ref().is_none_or(|known| new.end - new.start > known.end - known.start) {
         *known = Some(new);
@@ -104,11 +103,10 @@ pub enum BenchError {
     Unmeasurable { image: String, reason: String },
 }
 
-/// Measures every figure on the test images in `directory`, in the order of [`FIGURES`]. A figure of which
-/// the kernel does not have the subject yet is left out.
+/// Measures every figure on the test images in `directory`, in the order of [`FIGURES`].
 ///
 /// # Errors
-/// An image is not there, or does not do what is to be measured.
+/// An image does not exist, or does not do what is to be measured.
 pub fn measure(directory: &Path) -> Result<Vec<Measured>, BenchError> {
     let images = TestImages { directory };
     let mut measured = stretches::measure(&images)?;
@@ -160,7 +158,7 @@ fn unmeasurable(image: &str, reason: impl Into<String>) -> BenchError {
 /// The mark at the end of a stretch has this bit set besides the stretch's number.
 const END: u8 = 0x80;
 
-/// Cycles of the `ldi` of a mark; its cycle is that at which its `out` begins.
+/// Cycles of the `ldi` of a mark. The cycle of a mark is that at which its `out` begins.
 const BEFORE_OUT: u64 = 1;
 
 /// Cycles of a mark's `out`.

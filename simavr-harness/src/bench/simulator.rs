@@ -1,9 +1,9 @@
-//! How fast the simulator executes instructions: by the interpreter of the harness, by simavr's own, and by
+//! Measures how fast instructions are executed by the interpreter of the harness, by simavr's own, and by
 //! QEMU.
 //!
-//! The first two run the same programs to the same state, one after the other in each round, so what else the
-//! machine has to do meets both. The quickest round counts. QEMU has no ATmega128, and no cycles: it runs a
-//! program of the ATmega2560 that marks its begin and its end.
+//! The first two run the same programs to the same state, one after the other in each round, so that other
+//! load of the machine affects both. The quickest round counts. QEMU has no ATmega128, and no cycles: it runs
+//! a program for the ATmega2560 that marks its begin and its end.
 
 use std::io::{ErrorKind, Read};
 use std::path::Path;
@@ -22,21 +22,21 @@ use crate::part::Part;
 use crate::robot::RobotBuilder;
 use simulation::{CLOCK_HZ, Shape};
 
-/// How many modules the robot has, and for how many cycles it runs.
+/// The number of the robot's modules, and the cycles for which it runs.
 const MODULES: usize = 10;
 const ROBOT_RUNS: u64 = 2 * CLOCK_HZ as u64;
 
-/// Programs of one MCU, under the directory of the images, and for how many cycles each runs at most.
+/// Programs of one MCU: name, image under the directory of the images, and the most cycles for which it runs.
 const PROGRAMS: [(&str, &str, u64); 3] = [
     ("computes", "tests/canary-3/canary.elf", 40_000_000),
     ("switches tasks", "tests/bench_tasks.elf", 40_000_000),
     ("sends and receives", "tests/bench_queue.elf", 40_000_000),
 ];
 
-/// The program that QEMU runs, too, and for how many cycles at most.
+/// The program that QEMU runs, too, and the most cycles for which it runs.
 const MARKED: (&str, &str, u64) = ("computes and switches", "tests/qemu/atmega2560/pace.elf", 400_000_000);
 
-/// How long a program takes by either interpreter.
+/// The time that a program takes with each interpreter.
 #[derive(Clone, Debug, Serialize)]
 pub struct Pace {
     pub program: &'static str,
@@ -44,11 +44,12 @@ pub struct Pace {
     pub instructions: Option<u64>,
     /// Simulated time, in s.
     pub simulated_seconds: f64,
-    /// Wall time by the interpreter of the harness, in s, in the quickest round,
+    /// Wall time with the interpreter of the harness, in s, in the quickest round.
     pub decoded_seconds: f64,
-    /// and by simavr's own.
+    /// Wall time with simavr's own interpreter, in s, in the quickest round.
     pub simavr_seconds: f64,
-    /// And by QEMU, from its first mark to its second; `None` where that has no such MCU, or is not there.
+    /// Wall time in QEMU, in s, from the program's first mark to its second, in the quickest round; `None` if
+    /// QEMU does not run the program or is not installed.
     pub qemu_seconds: Option<f64>,
 }
 
@@ -59,11 +60,11 @@ impl Pace {
     }
 }
 
-/// Measures all programs whose images lie in `directory`, by so many rounds, one at least: in each, a program
-/// runs by each interpreter. On one thread.
+/// Measures all programs whose images are in `directory`, in `rounds` rounds, at least one. In each round a
+/// program runs with each interpreter. Runs on one thread.
 ///
 /// # Errors
-/// An image is not there, or both interpreters don't come to the same state.
+/// An image does not exist, or the interpreters come to different states.
 pub fn measure(directory: &Path, rounds: usize) -> Result<Vec<Pace>, BenchError> {
     let mut paces = Vec::new();
     for (program, path, cycles) in PROGRAMS {
@@ -78,7 +79,7 @@ pub fn measure(directory: &Path, rounds: usize) -> Result<Vec<Pace>, BenchError>
     Ok(paces)
 }
 
-/// The image as the harness executes it, and as simavr does.
+/// The image for the harness's interpreter, and for simavr's.
 fn both(path: &Path) -> Result<[Arc<Image>; 2], BenchError> {
     Ok([Arc::new(Image::load(path)?), Arc::new(Image::load(path)?.undecoded())])
 }
@@ -140,7 +141,7 @@ fn in_qemu(path: &Path, rounds: usize) -> Result<Option<f64>, BenchError> {
             let begin = Instant::now();
             marks.read_exact(&mut mark).map(|()| begin.elapsed().as_secs_f64())
         });
-        // It does not end by itself.
+        // QEMU does not end by itself.
         qemu.kill().and_then(|()| qemu.wait()).map_err(failed)?;
         let took = took.transpose().map_err(failed)?;
         shortest = [shortest, took].into_iter().flatten().reduce(f64::min);

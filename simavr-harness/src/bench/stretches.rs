@@ -1,4 +1,4 @@
-//! Stretches between two marks.
+//! Measures stretches between two marks.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -20,7 +20,7 @@ const STRETCHES: [(&str, u8, &str); 10] = [
     ("bench_queue", 3, "message_receive_cycles"),
 ];
 
-/// The images repeat their stretches for ever; so long are they run.
+/// The cycles for which the images run, which repeat their stretches for ever.
 const RUN: u64 = 100_000;
 
 pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> {
@@ -37,7 +37,7 @@ pub(super) fn measure(images: &TestImages) -> Result<Vec<Measured>, BenchError> 
         .collect()
 }
 
-/// The longest stretch of each number: from the last mark at its beginning to the next at its end, without
+/// The longest stretch of each number, from the last mark at its begin to the next mark at its end, without
 /// the marks.
 fn longest_stretches(
     images: &TestImages,

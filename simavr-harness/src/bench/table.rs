@@ -1,25 +1,26 @@
-//! The figures to reach, and those of other kernels for the ATmega128.
+//! The limits of the figures, and the figures of other kernels for the ATmega128.
 //!
 //! The peers' figures were measured once, in simavr as ours are: single-stepped, ATmega128 at 16 MHz, built
-//! by avr-gcc 5.4.0 with -Os, net of the marks, the 4 cycles of interrupt response included. Where a peer has
-//! two ways to do the same, the better is given. Their flash is that of their own functions, as linked; what
-//! scmRTOS's templates become in the program is not in it.
+//! by avr-gcc 5.4.0 with -Os, without the marks, with the 4 cycles of interrupt response. If a peer has two
+//! ways to do the same, the better one is given. The flash of a peer is that of its own functions, as linked,
+//! without the code that scmRTOS's templates become in the program.
 
 /// A figure of the kernel.
 #[derive(Clone, Copy, Debug)]
 pub struct Figure {
     /// Its name says the unit: cycles, bytes or instructions.
     pub name: &'static str,
-    /// At most this is to be reached; `None` where the figure only stands beside another.
+    /// The figure must not exceed this; `None` for a figure that is only shown beside another.
     pub limit: Option<u64>,
-    /// Those of [`PEERS`], in that order; `None` where a peer does not have the subject or was not measured.
+    /// The figures of [`PEERS`], in that order; `None` for a peer that has no such function or was not
+    /// measured.
     pub peers: [Option<u16>; PEERS.len()],
 }
 
 /// A kernel that was measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Peer {
-    /// As a table's heading.
+    /// Short, for a table's heading.
     pub name: &'static str,
     pub version: &'static str,
 }
@@ -38,7 +39,7 @@ pub const PEERS: [Peer; 10] = [
     Peer { name: "BeRTOS", version: "BeRTOS" },
 ];
 
-/// A figure, its limit, and the peers' in the order of [`PEERS`]; 0 where there is none of them.
+/// A figure, its limit, and the figures of [`PEERS`] in that order; 0 stands for `None`.
 const fn figure(name: &'static str, limit: u64, peers: [u16; PEERS.len()]) -> Figure {
     let mut known = [None; PEERS.len()];
     let mut peer = 0;

@@ -1,4 +1,4 @@
-//! What an interpreter other than simavr's needs of an instance: the core's state, memory as cells, and the
+//! The interface that an interpreter other than simavr's needs: the core's state, memory as cells, and the
 //! I/O registers with their handlers.
 
 use std::cell::Cell;
@@ -8,7 +8,7 @@ use simavr_ffi as ffi;
 
 use super::Cpu;
 
-/// simavr's request for what a program reads in flash, where fuses may show instead.
+/// simavr's request for the value that a program reads in flash; fuses may be read there instead.
 const READ_FLASH: u32 = u32::from_be_bytes(*b"flpm");
 
 /// First data address of the I/O registers.
@@ -25,7 +25,7 @@ pub struct Registers {
     pub pc: u32,
 }
 
-/// Where a program is.
+/// The state of the core at an instruction boundary.
 #[derive(Clone, Copy)]
 pub(crate) struct CoreState {
     /// Address of the next instruction, in bytes.
@@ -37,14 +37,14 @@ pub(crate) struct CoreState {
     pub status: u8,
 }
 
-/// What an I/O register takes to be read or written.
+/// How an I/O register is read or written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Access {
-    /// It is memory.
+    /// As memory.
     Plain,
-    /// It has a handler.
+    /// By its handler.
     Handled,
-    /// Something that only simavr's own interpreter does.
+    /// Only by simavr's own interpreter.
     Special,
 }
 
@@ -67,27 +67,28 @@ impl Cpu {
         }
     }
 
-    /// How many cycles are left of the run after what a handler did, and the cycle at which it ends.
+    /// The cycles left of the run after a call of a handler, and the cycle at which the run ends.
     pub fn run_left(self) -> (i64, u64) {
         let CoreState { cycle, stop, .. } = self.core_state();
         if self.must_pause() { (0, cycle) } else { (stop.wrapping_sub(cycle) as i64, stop) }
     }
 
-    /// Whether the core does no more than one instruction before the harness has to look: it sleeps or has
-    /// stopped, an interrupt waits, or the last instruction enabled interrupts.
+    /// Whether the core may execute one instruction at most before the harness has to look at it: the core
+    /// sleeps or has stopped, an interrupt is pending, or the last instruction enabled interrupts.
     pub fn must_pause(self) -> bool {
         // SAFETY: the instance is alive by the type's invariant.
         unsafe { (*self.as_ptr()).state as u32 != ffi::cpu_Running || (*self.as_ptr()).interrupt_state != 0 }
     }
 
-    /// An instruction sets the I flag: one more runs before an interrupt is accepted.
+    /// Notes that an instruction has set the I flag: one more instruction runs before an interrupt is
+    /// accepted.
     pub fn enable_interrupts(self) {
         // SAFETY: the instance is alive by the type's invariant.
         unsafe { (*self.as_ptr()).interrupt_state = -1 }
     }
 
-    /// A run that has ended at `cycle` for no more than that interrupts were enabled goes on if none waits
-    /// and no timer is due. Returns where it ends then.
+    /// Continues a run that has ended at `cycle` only because interrupts were enabled, if no interrupt is
+    /// pending and no timer is due. Returns the cycle at which the run then ends.
     pub fn go_on(self, cycle: u64) -> Option<u64> {
         if !self.enabled_just_now() {
             return None;
@@ -105,7 +106,7 @@ impl Cpu {
         }
     }
 
-    /// Calls `visit` on the whole data space, in which handlers may write meanwhile.
+    /// Calls `visit` on the whole data space. Handlers may write to it meanwhile.
     pub fn with_cells<R>(self, visit: impl FnOnce(&[Cell<u8>]) -> R) -> R {
         // SAFETY: simavr allocates `ramend + 1` bytes, which stay where they are until the instance is freed.
         // Cells may be written by others while they are lent.
@@ -166,8 +167,8 @@ impl Cpu {
         }
     }
 
-    /// The byte at `address` of the flash as an instruction reads it. Beyond the end it begins again: the
-    /// upper bits of the address lead nowhere.
+    /// The byte of the flash that an instruction reads at `address`. The address wraps at the end of the
+    /// flash, because its upper bits are not decoded.
     pub fn read_flash(self, address: u16) -> u8 {
         let address = usize::from(address) % self.flash_size();
         // SAFETY: simavr allocates more than `flash_size` bytes, changes `value` during the call only, and no

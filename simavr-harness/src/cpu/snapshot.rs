@@ -1,4 +1,4 @@
-//! The state of an instance, to go back to.
+//! Saves the state of an instance and restores it.
 
 use std::collections::BTreeMap;
 use std::mem::MaybeUninit;
@@ -7,17 +7,17 @@ use super::{Cpu, Driven};
 
 // The GNU C library's.
 unsafe extern "C" {
-    /// The size of what `malloc` allocated. simavr tells nobody the size of a part's structure.
+    /// The size of a block that `malloc` allocated. simavr does not export the size of a part's structure.
     fn malloc_usable_size(allocated: *mut std::ffi::c_void) -> usize;
 }
 
-/// What simavr holds in memory that a program can change, but for flash and EEPROM.
+/// All of simavr's memory that a program can change, except flash and EEPROM.
 pub(crate) struct Snapshot {
     number: u64,
     /// The core with its timers and pending interrupts, and the peripherals behind it.
     structure: Box<[MaybeUninit<u8>]>,
     data: Box<[u8]>,
-    /// Value and flags of each IRQ: simavr allocates these apart.
+    /// Value and flags of each IRQ, which simavr allocates separately.
     irqs: Box<[(u32, u8)]>,
     fault: Option<String>,
     driven: BTreeMap<char, Driven>,
@@ -30,7 +30,7 @@ impl Cpu {
             let size = malloc_usable_size(self.as_ptr().cast());
             std::slice::from_raw_parts(self.as_ptr().cast::<MaybeUninit<u8>>(), size).into()
         };
-        // SAFETY: the IRQs that are there are live, and this one is only looked at.
+        // SAFETY: the IRQs in the pool are live, and this one is only read.
         let irqs = self.irqs().map(|irq| unsafe { ((*irq).value, (*irq).flags) }).collect();
         // SAFETY: `control` lives as long as the instance, and the reference ends here.
         let control = unsafe { &*self.control() };
@@ -45,15 +45,15 @@ impl Cpu {
         let control = unsafe { &mut *self.control() };
         assert_eq!(control.number, snapshot.number, "a snapshot is of one instance");
         (control.fault, control.driven) = (snapshot.fault, snapshot.driven);
-        // SAFETY: the bytes were this structure's, so it has that size, and pointers among them are right:
-        // nothing that they point to is freed before the instance is.
+        // SAFETY: the bytes were copied from this structure, so it has that size. Pointers among them are
+        // valid: nothing that they point to is freed before the instance is.
         unsafe {
             let size = snapshot.structure.len();
             snapshot.structure.as_ptr().copy_to_nonoverlapping(self.as_ptr().cast(), size);
         }
         self.with_data_mut(|data| data.copy_from_slice(&snapshot.data));
         for (irq, &(value, flags)) in self.irqs().zip(&snapshot.irqs) {
-            // SAFETY: the IRQs that are there are live, and no reference to this one exists.
+            // SAFETY: the IRQs in the pool are live, and no reference to this one exists.
             unsafe { ((*irq).value, (*irq).flags) = (value, flags) };
         }
     }

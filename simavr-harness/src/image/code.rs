@@ -1,4 +1,4 @@
-//! Code as it is wherever the linker puts it.
+//! Code in a form that does not depend on where the linker puts it.
 
 use std::ops::Range;
 
@@ -16,24 +16,24 @@ pub struct Code {
     pub kind: Kind,
 }
 
-/// What of an instruction does not depend on where the linker put the code and what it refers to: opcode and
-/// registers, without the values and addresses that a symbol may stand for. A call has one form whether it is
-/// near or far, and so has a jump.
+/// The part of an instruction that does not depend on where the linker put the code or its symbols: opcode
+/// and registers, without the values and addresses that a symbol may stand for. Near and far calls have the
+/// same form, and so do near and far jumps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Form {
     opcode: u16,
-    /// The instruction to which a branch or a jump leads, by its number in the stretch, if it leads there.
+    /// The target of a branch or a near jump, by its number in the stretch, if it lies in the stretch.
     target: Option<usize>,
 }
 
-/// What an instruction does to the program counter.
+/// How an instruction changes the program counter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A branch on a condition.
     Branch,
     /// Skips the next instruction on a condition.
     Skip,
-    /// Goes on where the stack or Z says: RET, RETI, IJMP, ICALL, EIJMP, EICALL.
+    /// Goes to an address from the stack or from Z: RET, RETI, IJMP, ICALL, EIJMP, EICALL.
     Indirect,
     Other,
 }

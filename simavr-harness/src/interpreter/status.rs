@@ -1,7 +1,7 @@
-//! The status register, and what the arithmetic does to it (instruction set manual, "Status Register").
+//! The status register, and how arithmetic changes it (instruction set manual, "Status Register").
 //!
-//! Most flags are set anew before anybody reads them. So what they follow from is kept, and they are
-//! worked out when they are read.
+//! Most flags are overwritten before the program reads them. So this keeps the values that the flags follow
+//! from, and computes the flags only when they are read.
 
 pub const CARRY: u8 = 0x01;
 pub const ZERO: u8 = 0x02;
@@ -12,19 +12,19 @@ const HALF_CARRY: u8 = 0x20;
 pub const TRANSFER: u8 = 0x40;
 pub const INTERRUPT: u8 = 0x80;
 
-/// The flags that only instructions for them change.
+/// The flags that arithmetic leaves alone.
 const KEPT: u8 = TRANSFER | INTERRUPT;
 
 /// SREG.
 #[derive(Clone, Copy, Debug)]
 pub struct Status {
-    /// What was carried or borrowed into each bit: into bit 8 is C, into bit 4 is H.
+    /// The carry or borrow into each bit: the one into bit 8 is C, the one into bit 4 is H.
     carries: u32,
-    /// V is where what was carried into bits 7 and 8 differs.
+    /// V is set where bits 7 and 8, the carries into these bits, differ.
     overflow: u32,
-    /// Bit 7 is N. Bit 8: S is not N ^ V, as only a program that writes SREG makes it.
+    /// Bit 7 is N. Bit 8 is set where S is not N ^ V, which happens only when a program writes SREG.
     sign: u32,
-    /// Z is where this is 0.
+    /// Z is set where this is 0.
     nonzero: u8,
     /// T and I.
     kept: u8,
@@ -83,15 +83,17 @@ impl Status {
         self.sum(a, b, difference)
     }
 
-    /// `a - b - carry`, with all flags; Z stays clear where it was, for the whole of a long number.
+    /// `a - b - carry`, with all flags. Z stays clear if it was, so that it tells of the whole of a long
+    /// number.
     pub fn subtract_with_carry(&mut self, a: u8, b: u8) -> u8 {
         let difference = u32::from(a).wrapping_sub(u32::from(b)).wrapping_sub(u32::from(self.carry()));
         self.nonzero |= difference as u8;
         self.sum(a, b, difference)
     }
 
-    /// The flags of a sum or a difference of `a` and `b`, but Z; returns its low byte. Where a bit of it is
-    /// not what the operands' own would make there, a carry or a borrow came into it.
+    /// Sets all flags but Z for `result`, a sum or a difference of `a` and `b`, and returns its low byte. A
+    /// bit of `result` that differs from the exclusive OR of the operands' bits had a carry or a borrow into
+    /// it.
     fn sum(&mut self, a: u8, b: u8, result: u32) -> u8 {
         self.carries = u32::from(a) ^ u32::from(b) ^ result;
         self.overflow = self.carries;
@@ -99,12 +101,12 @@ impl Status {
         result as u8
     }
 
-    /// Of a result without overflow: V is cleared.
+    /// Sets Z, N and S for a result without overflow, and clears V.
     pub fn logic(&mut self, result: u8) {
         self.result(result, false);
     }
 
-    /// Z, N, V and S.
+    /// Sets Z, N, V and S.
     pub fn result(&mut self, result: u8, overflow: bool) {
         self.overflow = u32::from(overflow) << 8;
         self.sign = result.into();
@@ -115,26 +117,26 @@ impl Status {
         self.carries = self.carries & !0x100 | u32::from(carry) << 8;
     }
 
-    /// Of a shift to the right, which pushed out `carry`, 0 or 1.
+    /// Sets the flags of a shift to the right, which shifted out `carry`, 0 or 1.
     pub fn shift(&mut self, result: u8, carry: u8) {
         self.result(result, result >> 7 != carry);
         self.set_carry(carry != 0);
     }
 
-    /// Of the negation of `value`.
+    /// Sets the flags of the negation of `value`.
     pub fn negate(&mut self, value: u8, result: u8) {
         self.result(result, result == 0x80);
         self.carries = u32::from(result != 0) << 8 | u32::from(result | value) << 1 & 0x10;
     }
 
-    /// Of a word that comes of another by an addition or a subtraction.
+    /// Sets the flags of a word that is the result of an addition or a subtraction, ADIW or SBIW.
     pub fn word(&mut self, result: u16, carry: bool, overflow: bool) {
         self.result((result >> 8) as u8, overflow);
         self.nonzero |= result as u8;
         self.set_carry(carry);
     }
 
-    /// Of a product.
+    /// Sets the flags of a product: Z and C.
     pub fn product(&mut self, product: u16) {
         self.nonzero = u8::from(product != 0);
         self.set_carry(product >> 15 != 0);

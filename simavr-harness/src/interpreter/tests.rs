@@ -1,4 +1,4 @@
-//! The interpreter against simavr's own.
+//! Compares the interpreter with simavr's own.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -28,7 +28,7 @@ struct Seen {
     data: Vec<u8>,
 }
 
-/// Without the data, of which there are thousands.
+/// Prints a hash in place of the data, which are thousands of bytes.
 impl fmt::Debug for Seen {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let Self { pc, cycle, status, enabled_just_now, interrupt_waits, data } = self;
@@ -50,10 +50,10 @@ impl Seen {
     }
 }
 
-/// Where carries, signs and overflows change.
+/// Values at which carries, signs and overflows change.
 const BOUNDARIES: [u8; 6] = [0x00, 0x01, 0x7f, 0x80, 0xfe, 0xff];
 
-/// All three of r0.
+/// These three move r0.
 const LDS: u16 = 0x9000;
 const STS: u16 = 0x9200;
 const ST_X: u16 = 0x920c;
@@ -62,9 +62,9 @@ const RET: u16 = 0x9508;
 const ICALL: u16 = 0x9509;
 const RETI: u16 = 0x9518;
 
-/// Executes each opcode from states drawn by chance, here and in simavr: every other register holds a boundary
-/// value, and every other time an interrupt is pending, where interrupts are masked: else simavr would look at the core
-/// first. Returns how many opcodes the interpreter executed.
+/// Executes each opcode from random states, here and in simavr. On average every other register holds a
+/// boundary value. While interrupts are masked, an interrupt is pending every other time; with interrupts
+/// enabled, simavr would look at the core first. Returns how many opcodes the interpreter executed.
 fn compare(part: &Part) -> usize {
     const AT: u32 = 0x100;
     let mut wrapped = WrappedWrites::default();
@@ -76,7 +76,7 @@ fn compare(part: &Part) -> usize {
     let mut random = Random::new(1);
     let mut executed = BTreeSet::new();
     let (mut known, mut left) = (BTreeSet::new(), Vec::new());
-    // Of few opcodes all states may have led out of memory.
+    // For these few opcodes, every state drawn so far may have led out of memory.
     let again = [LDS, STS, ST_X, IJMP, RET, ICALL, RETI].repeat(200);
     for opcode in (0..=u16::MAX).chain(again) {
         let mut flash = vec![0; 0x400];
@@ -96,7 +96,7 @@ fn compare(part: &Part) -> usize {
             data[high] %= pages;
         }
         if random.chance(0.1) {
-            // X, Y or Z leads to itself.
+            // X, Y or Z points to itself.
             let low = 26 + 2 * random.below(3);
             (data[low], data[low + 1]) = ((low + random.below(2)) as u8, 0);
         }
@@ -134,26 +134,27 @@ fn compare(part: &Part) -> usize {
     let forgotten = left.into_iter().filter(unknown).find(|instruction| !is_rare(*instruction));
     assert_eq!(forgotten, None, "{}", part.name);
     for cpu in [ours, simavrs] {
-        // SAFETY: nobody has a handle but this function, which ends here.
+        // SAFETY: only this function has a handle, and it ends here.
         unsafe { cpu.destroy() }
     }
     executed.len()
 }
 
-/// What the interpreter leaves to simavr whatever the state.
+/// Whether the interpreter leaves the instruction to simavr in every state.
 fn is_rare(instruction: Instruction) -> bool {
     let is_long =
         matches!(instruction, Elpm { .. } | ElpmIncrement { .. } | FractionalProduct | Eijmp | Eicall);
     is_long || matches!(instruction, Sleep | Wdr | Break | Spm | Invalid)
 }
 
-/// Branches to the next instruction take one cycle or two, and of opcodes that the manual reserves nobody
-/// says what they take.
+/// Whether the table of cycles does not apply: a branch to the next instruction takes one cycle or two, and
+/// the manual gives no cycles for reserved opcodes.
 fn has_no_time(opcode: u16) -> bool {
     opcode & 0xfbf8 == 0xf000 || opcode & 0xf808 == 0xf808
 }
 
-/// What the table that bounds are computed from says of the instruction there, which led to `next`.
+/// The cycles of the instruction `at` an address, which led to `next`, by the table from which bounds are
+/// computed.
 fn tabled(flash: &[u8], at: u32, next: u32, cpu: Cpu) -> Option<u64> {
     let (effect, _) = effect::effect(flash, at)?;
     let behind = at + effect::length(flash, at);
@@ -166,7 +167,7 @@ fn tabled(flash: &[u8], at: u32, next: u32, cpu: Cpu) -> Option<u64> {
 fn each_instruction_does_what_it_does_in_simavr() {
     for part in Part::ALL {
         let executed = compare(part);
-        // The rest are no opcodes, are rare, or jump out of this short program.
+        // The rest are invalid or rare, or jump out of this short program.
         assert!(executed > 0xd000, "{}: {executed:#x}", part.name);
     }
 }

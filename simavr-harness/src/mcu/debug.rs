@@ -1,4 +1,4 @@
-//! An MCU that is held up between two instructions.
+//! Stops an MCU between two instructions, for a debugger.
 
 use std::ops::Range;
 
@@ -10,13 +10,13 @@ use crate::cpu::{CoreState, Registers};
 
 /// Looks at an MCU before each of its instructions.
 pub trait Debugger: Send {
-    /// The MCU is about to execute an instruction, and waits for this to return. What is only looked at does
-    /// not change what happens.
+    /// The MCU is about to execute an instruction, and waits for this call to return. Reading the MCU's state
+    /// does not change the run.
     fn before_instruction(&mut self, mcu: &mut Mcu);
 }
 
 impl Mcu {
-    /// Has somebody look on from now on.
+    /// Calls `debugger` before each instruction from now on.
     pub fn set_debugger(&mut self, debugger: Box<dyn Debugger>) {
         self.debugger = Some(debugger);
     }
@@ -48,7 +48,7 @@ impl Mcu {
         self.cpu.set_core_state(CoreState { pc: *pc, ..state });
     }
 
-    /// The addresses in the data space that the instruction it comes to will read; without those of general
+    /// The addresses in the data space that the next instruction will read, without those of the general
     /// registers that it names.
     pub fn reads_next(&self) -> Range<u16> {
         let word = |at: usize| {

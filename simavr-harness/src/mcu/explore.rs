@@ -1,16 +1,15 @@
-//! What if: run on from one moment in many ways.
+//! Runs an MCU on from one moment in many ways.
 
 use super::Mcu;
 
 impl Mcu {
-    /// Lets `trial` do with the MCU what it likes, then takes the MCU back to this moment. Returns what
-    /// `trial` did.
+    /// Runs `trial` on the MCU, then restores the MCU to this moment. Returns the result of `trial`.
     ///
-    /// Flash, EEPROM, the converter and what the MCU has on its serial links and its two-wire bus are not
-    /// taken back: this is for programs that leave those alone.
+    /// Flash, EEPROM, the converter, and the state of the serial links and the two-wire bus are not restored:
+    /// this is for programs that leave those alone.
     ///
     /// # Panics
-    /// When `trial` puts another MCU in the place of this one.
+    /// When `trial` replaces this MCU with another one.
     pub fn explore<R>(&mut self, trial: impl FnOnce(&mut Self) -> R) -> R {
         let core = self.cpu.snapshot();
         let markers = self.markers.get();

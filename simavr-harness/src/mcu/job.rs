@@ -1,4 +1,4 @@
-//! How long a task computes from one place where its jobs begin to the next.
+//! Measures the jobs of a task: how long it computes from one place where a job begins to the next.
 
 use std::collections::BTreeMap;
 
@@ -7,14 +7,15 @@ use crate::mcu::Mcu;
 
 /// The jobs of a task.
 pub(crate) struct Jobs {
-    /// Where one begins and the one before ends, and the longest that began there.
+    /// The addresses at which a job begins and the one before ends, each with the longest job that began
+    /// there.
     begins: BTreeMap<u32, LongestJob>,
-    /// Where a task leaves its stack. All addresses are in flash, in bytes.
+    /// The address at which a task leaves its stack. All addresses are in flash, in bytes.
     switch: u32,
     turn: Option<Turn>,
 }
 
-/// The longest job of those that have begun at a place.
+/// The longest of the jobs that have begun at one address.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LongestJob {
     /// Without the kernel's switches, other tasks and interrupts.
@@ -26,17 +27,17 @@ pub struct LongestJob {
 /// The job that is under way.
 #[derive(Default)]
 struct Turn {
-    /// Where it began.
+    /// The address at which it began.
     begin: u32,
-    /// What it has taken until it last went on.
+    /// The cycles that it took until it was last resumed.
     cycles: u64,
-    /// When that was.
+    /// The cycle at which it was last resumed.
     since: u64,
-    /// Where it goes on, while an interrupt or another task runs.
+    /// The place at which it resumes, while an interrupt or another task runs.
     paused: Option<Place>,
 }
 
-/// Where a task is. Its stack pointer alone does not tell: who sets one changes a byte of it, and then the
+/// Where a task is. The stack pointer alone would not do: a program that sets it writes one byte and then the
 /// other.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Place {
@@ -49,20 +50,20 @@ struct Place {
 const RETURN_ADDRESS: u16 = 2;
 
 impl Mcu {
-    /// From now on takes note of the jobs of a task, or of tasks with the same code, one at a time: each
-    /// begins at one of these places, where the one before ends. `switch` is where the kernel switches to
-    /// another task. Addresses in flash, in bytes. The MCU runs slower, and does the same.
+    /// Records from now on the jobs of a task, or of tasks with the same code that have jobs one at a time. A
+    /// job begins at one of the addresses in `begins`, where the one before ends. At `switch` the kernel
+    /// switches to another task. Addresses are in flash, in bytes. The MCU runs slower, and behaves the same.
     pub fn record_jobs(&mut self, begins: impl IntoIterator<Item = u32>, switch: u32) {
         let begins = begins.into_iter().map(|begin| (begin, LongestJob::default())).collect();
         self.jobs.push(Jobs { begins, switch, turn: None });
     }
 
-    /// The longest jobs since they were [recorded](Self::record_jobs), by where they began.
+    /// The longest jobs since [`record_jobs`](Self::record_jobs), by the addresses at which they began.
     pub fn recorded_jobs(&self) -> BTreeMap<u32, LongestJob> {
         self.jobs.iter().flat_map(|jobs| jobs.begins.clone()).collect()
     }
 
-    /// An instruction was executed.
+    /// Follows the jobs after each instruction.
     pub(crate) fn watch_turn(&mut self) {
         if self.jobs.is_empty() {
             return;
@@ -74,14 +75,14 @@ impl Mcu {
         }
     }
 
-    /// The program has started anew.
+    /// Drops the jobs under way after a reset.
     pub(crate) fn drop_turn(&mut self) {
         for jobs in &mut self.jobs {
             jobs.turn = None;
         }
     }
 
-    /// An interrupt was accepted `ago` cycles ago.
+    /// Pauses the jobs under way for an interrupt that was accepted `ago` cycles ago.
     pub(crate) fn pause_turn(&mut self, ago: u64) {
         if self.jobs.is_empty() {
             return;
@@ -93,7 +94,7 @@ impl Mcu {
     }
 }
 
-/// Where the return address on top of the stack leads: nowhere, if that is not in memory.
+/// The place to which the return address on top of the stack leads; address 0 if that is not in memory.
 fn returns(cpu: Cpu) -> Place {
     let stack_pointer = cpu.stack_pointer();
     let top = cpu.with_data(|data| data.get(usize::from(stack_pointer) + 1..)?.first_chunk().copied());
@@ -102,7 +103,7 @@ fn returns(cpu: Cpu) -> Place {
 }
 
 impl Jobs {
-    /// The program is `at` a place, and what it `returns` to is another.
+    /// The program is `at` a place. `returns` gives the place to which its stack would return.
     fn watch(&mut self, at: Place, returns: impl FnOnce() -> Place, now: u64) {
         let Place { pc, .. } = at;
         if let Some(turn) = &mut self.turn {
@@ -130,7 +131,7 @@ impl Jobs {
 }
 
 impl Turn {
-    /// Something else runs from now on, until it returns to this place.
+    /// Pauses the job until the program returns to this place.
     fn pause(&mut self, returns: Place, now: u64) {
         if self.paused.is_none() {
             self.cycles += now - self.since;

@@ -1,19 +1,20 @@
-//! How long a program keeps interrupts off.
+//! Measures how long a program keeps interrupts off.
 
 use std::collections::BTreeMap;
 
 use crate::mcu::Mcu;
 
-/// A stretch of a run with the I flag off, the longest of those that began at one place.
+/// The longest of the stretches with the I flag clear that began at one place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MaskedWindow {
     /// Address in flash (bytes) of the first instruction that ran with interrupts off.
     pub start: u32,
     pub opened_by: OpenedBy,
     /// Cycles from the end of the instruction that cleared I, or from the acceptance of the
-    /// interrupt (its response included), to the end of the instruction that set I. In the program one that
-    /// sets it in vain is not the end: the next one clears it, and until that has run no interrupt comes
-    /// (ATmega128 datasheet, "Reset and Interrupt Handling"). What an interrupt returns to is not its own.
+    /// interrupt (its response included), to the end of the instruction that set I. If the instruction after
+    /// that clears I again, a window of the program goes on, because no interrupt is accepted in between
+    /// (ATmega128 datasheet, "Reset and Interrupt Handling"). A window of an interrupt ends nevertheless: the
+    /// code to which the interrupt returns is not part of it.
     pub cycles: u64,
     /// Cycle of the run at which it began.
     pub at: u64,
@@ -36,7 +37,7 @@ struct Open {
     start: u32,
     opened_by: OpenedBy,
     at: u64,
-    /// When I was set, an instruction ago.
+    /// The cycle at which the last instruction set I.
     end: Option<u64>,
 }
 
@@ -47,7 +48,7 @@ pub(crate) struct Windows {
 }
 
 impl Mcu {
-    /// From now on takes note of masked windows. The MCU runs slower, and does the same.
+    /// Records masked windows from now on. The MCU runs slower, and behaves the same.
     pub fn record_masked_windows(&mut self) {
         self.windows = Some(Windows { longest: BTreeMap::new(), open: None });
         if !self.interrupts_enabled() {
@@ -55,8 +56,8 @@ impl Mcu {
         }
     }
 
-    /// The masked windows since they were [recorded](Self::record_masked_windows), longest first: one entry
-    /// for each place and cause. One that is still open is not among them.
+    /// The masked windows since [`record_masked_windows`](Self::record_masked_windows), longest first: one
+    /// entry for each place and cause, without a window that is still open.
     pub fn recorded_windows(&self) -> Vec<MaskedWindow> {
         let mut windows: Vec<_> =
             self.windows.iter().flat_map(|windows| windows.longest.values().copied()).collect();
@@ -72,7 +73,7 @@ impl Mcu {
         self.recorded_windows()
     }
 
-    /// A window has opened `ago` cycles ago, before the instruction to come.
+    /// Opens a window that began `ago` cycles ago, before the next instruction.
     pub(crate) fn open_window(&mut self, opened_by: OpenedBy, ago: u64) {
         let open = Open { start: self.pc(), opened_by, at: self.cycle() - ago, end: None };
         if let Some(windows) = &mut self.windows {
@@ -81,7 +82,7 @@ impl Mcu {
         }
     }
 
-    /// An instruction was executed.
+    /// Opens or closes a window after each instruction.
     pub(crate) fn watch_window(&mut self) {
         let (is_enabled, now) = (self.interrupts_enabled(), self.cycle());
         let Some(windows) = &mut self.windows else { return };
@@ -100,7 +101,7 @@ impl Mcu {
 }
 
 impl Windows {
-    /// Adds the window that has ended to the longest ones by place and cause.
+    /// Closes the open window. If it has ended, adds it to the longest ones by place and cause.
     fn close(&mut self) {
         let Some(Open { start, opened_by, at, end: Some(end) }) = self.open.take() else { return };
         let known = self.longest.entry((start, opened_by)).or_insert(MaskedWindow {

@@ -1,4 +1,5 @@
-//! How an MCU runs: in turns, each of them instructions, then what is due, then an interrupt.
+//! Runs an MCU in turns. A turn executes instructions, then the timers that are due, then accepts an
+//! interrupt.
 
 use super::masked::OpenedBy;
 use super::{Accepted, Mcu, State};
@@ -56,8 +57,8 @@ impl Mcu {
         self.state()
     }
 
-    /// Executes one instruction; asleep, passes the time to the next event in the MCU, at most 1000
-    /// cycles. Accepts an interrupt afterwards if one is due.
+    /// Executes one instruction. Asleep, passes the time to the next event in the MCU instead, at most 1000
+    /// cycles. Accepts an interrupt afterwards if one is pending.
     pub fn step(&mut self) -> Option<Accepted> {
         let limit = match self.cpu.core() {
             Core::Sleeping => self.cycle() + 1000,
@@ -79,8 +80,7 @@ impl Mcu {
         false
     }
 
-    /// The earliest cycle at which the program can do anything: now, or when the core next wakes of
-    /// itself.
+    /// The earliest cycle at which the program can do anything: now, or, asleep, the cycle of the next timer.
     pub(crate) fn earliest_action(&self) -> u64 {
         match self.state() {
             State::Running => self.cycle(),
@@ -98,7 +98,7 @@ impl Mcu {
             return None;
         }
         if self.cpu.core() == Core::Running {
-            // An interrupt woke the core, and was withdrawn before it was accepted.
+            // The core runs but was asleep: the interrupt that woke it was withdrawn before it was accepted.
             if let Some(tracer) = self.tracer.as_mut().filter(|_| self.asleep) {
                 tracer.wakes(start);
             }
@@ -107,7 +107,7 @@ impl Mcu {
             let watchers = Watchers { coverage: self.image.coverage(), tracer: self.tracer.as_deref_mut() };
             match self.hangs_at {
                 None => {
-                    // What is recorded is looked at after each instruction.
+                    // Windows, jobs and the debugger are served after each instruction.
                     let is_recorded =
                         self.windows.is_some() || !self.jobs.is_empty() || self.debugger.is_some();
                     let limit = if is_recorded { start + 1 } else { limit };
@@ -130,7 +130,8 @@ impl Mcu {
             Core::Sleeping if self.cpu.interrupts_enabled() => {
                 let slept = to_next_timer.min(limit.saturating_sub(self.cycle()));
                 self.cpu.set_cycle(self.cycle() + slept);
-                // Nothing is due once the turn is over: who acts from outside then would be first.
+                // A timer due now has to fire within the turn: an action from outside after it would come
+                // first.
                 if slept == to_next_timer {
                     self.process_timers();
                 }
@@ -143,14 +144,15 @@ impl Mcu {
         }
         self.enabled_just_now = self.cpu.enabled_just_now();
         let accepted = self.serve_interrupts();
-        // The address to return to may have found no stack.
+        // Pushing the return address may have failed for want of a stack.
         if self.ended.is_none() && self.cpu.has_fault() {
             self.crash();
         }
         accepted
     }
 
-    /// Does what is due by now. Returns the cycles to what comes next.
+    /// Fires the timers that are due, and completes a reset by the watchdog. Returns the cycles to the next
+    /// timer.
     fn process_timers(&mut self) -> u64 {
         let before = self.cycle();
         let to_next = self.cpu.process_timers();
@@ -186,7 +188,7 @@ impl Mcu {
         Some(Accepted { vector: vector.number(), response_cycles })
     }
 
-    /// Makes an interrupt that was accepted pending again if it lasts.
+    /// Makes an accepted interrupt pending again if it is level-triggered and its condition lasts.
     fn refresh_level(&self, vector: Vector) {
         interrupt::refresh(self.cpu, vector);
         if vector.number() == self.part.eeprom.ready {
@@ -198,9 +200,9 @@ impl Mcu {
         }
     }
 
-    /// Does something to the MCU from outside, between two instructions. An interrupt raised by it
-    /// is served at once, before the next instruction, as one raised inside would be; but not where the last
-    /// one enabled interrupts, for then one more runs first (datasheet, "Reset and Interrupt Handling").
+    /// Acts on the MCU from outside, between two instructions. An interrupt raised by `act` is accepted at
+    /// once, before the next instruction, as one raised inside would be. If the last instruction enabled
+    /// interrupts, one more runs first (datasheet, "Reset and Interrupt Handling").
     pub(super) fn act_from_outside<R>(&mut self, act: impl FnOnce(&mut Self) -> R) -> R {
         let waited = self.cpu.interrupt_waits();
         let result = act(self);

@@ -60,7 +60,7 @@ fn mcus_of_an_image_share_its_flash_unless_they_may_write_it() {
         let contents = one.cpu.with_flash(<[u8]>::to_vec);
         assert_eq!(contents, other.cpu.with_flash(<[u8]>::to_vec));
         assert!(contents.starts_with(image.flash()) && contents[image.flash().len()..][..8] == [0xff; 8]);
-        // Who goes takes nothing from the others.
+        // Dropping one MCU leaves the others' flash as it is.
         drop(one);
         other.run_until(1_000);
         assert_eq!(other.cpu.with_flash(<[u8]>::to_vec), contents);

@@ -1,10 +1,10 @@
-//! The converter (chapter "Analog-to-Digital Converter"), in the place of simavr's: a conversion takes its
-//! time, the first one longer, and begins with the converter's own clock.
+//! The converter (chapter "Analog-to-Digital Converter"), in place of simavr's. A conversion takes its time,
+//! the first one longer, and begins at an edge of the converter's own clock.
 //!
 //! A pin may carry the output of an analog multiplexer, addressed by three pins of the MCU.
 //!
-//! Simplified: the voltage is taken as the conversion begins, not 1.5 clocks later; differential inputs read
-//! 0; the first conversion with another reference, which may be off on the chip, reads half.
+//! Simplified: the voltage is sampled as the conversion begins, not 1.5 clocks later; differential inputs
+//! read 0; the first conversion with another reference, which may be wrong on the chip, reads half.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
@@ -14,7 +14,7 @@ use crate::repair::interrupt;
 /// Clocks of a conversion (table "ADC Conversion Time").
 const CLOCKS: u64 = 13;
 
-/// Clocks of the first one after the converter was switched on.
+/// Clocks of the first conversion after the converter was switched on.
 const FIRST_CLOCKS: u64 = 25;
 
 /// AVCC and AREF, in V.
@@ -38,12 +38,12 @@ const ADLAR: u8 = 0x20;
 const MUX: u8 = 0x1f;
 const MUX_BANDGAP: u8 = 0x1e;
 
-/// What an analog multiplexer joins to a pin.
+/// An analog multiplexer before a pin.
 #[derive(Clone, Copy, Debug)]
 pub struct Multiplexer {
     /// The analog pin, 0 to 7.
     pub pin: usize,
-    /// Its address, from the lowest bit.
+    /// The pins of its address, from the lowest bit.
     pub address: [Pin; 3],
 }
 
@@ -64,10 +64,10 @@ pub(crate) struct Adc {
     /// The cycle at which the converter was switched on, from which its clock runs.
     on_since: Option<u64>,
     has_converted: bool,
-    /// REFS of the last conversion since a reset.
+    /// REFS of the last conversion; `None` before the first one after a reset.
     reference: Option<u8>,
     conversion: Option<Conversion>,
-    /// ADCL was read, and ADCH not yet: the result stays.
+    /// ADCL was read and ADCH not yet: no new result is stored.
     is_locked: bool,
 }
 
@@ -76,7 +76,7 @@ struct Conversion {
     ends: u64,
 }
 
-/// Puts the harness's converter in the place of simavr's. `None`: the part has no such vector.
+/// Replaces simavr's converter by the harness's. `None`: the part has no such vector.
 pub(crate) fn attach(cpu: Cpu, registers: &'static AdcRegisters) -> Option<Attached<Adc>> {
     let &AdcRegisters { adcl, adch, adcsra, admux, .. } = registers;
     let adc = Adc {
@@ -106,7 +106,7 @@ impl Adc {
         interrupt::refresh(cpu, self.complete);
     }
 
-    /// The core goes to sleep: where the converter is on and idle, a conversion begins (chapter "Power
+    /// The core goes to sleep. If the converter is on and idle, a conversion begins (chapter "Power
     /// Management and Sleep Modes", "Idle Mode").
     pub fn sleeps(&mut self, cpu: Cpu) {
         if self.on_since.is_some() && self.conversion.is_none() {
@@ -148,7 +148,7 @@ impl Adc {
         (volts / reference * 1024.0).clamp(0.0, 1023.0) as u16
     }
 
-    /// The voltage at a pin, be it that of the multiplexer.
+    /// The voltage at a pin; at that of the multiplexer, the voltage of the addressed input.
     fn voltage(&self, cpu: Cpu, pin: usize) -> f64 {
         match self.analog.multiplexer {
             Some(Multiplexer { pin: joined, address }) if joined == pin => {

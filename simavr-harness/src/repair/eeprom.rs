@@ -1,5 +1,5 @@
-//! The EEPROM (chapter "EEPROM Data Memory"), in the place of simavr's: a write takes its time, in which the
-//! EEPROM can't be read nor the address changed, EE_READY lasts as long as none is under way, and the core
+//! The EEPROM (chapter "EEPROM Data Memory"), in place of simavr's. A write takes its time; meanwhile the
+//! EEPROM can't be read, nor the address changed. EE_READY lasts as long as no write is under way. The core
 //! waits as the chip's does.
 //!
 //! Simplified: later parts than the ATmega128 can also erase or write alone; here they always do both.
@@ -40,7 +40,7 @@ pub(crate) struct Eeprom {
     writing_until: Option<u64>,
 }
 
-/// Puts the harness's EEPROM, erased, in the place of simavr's. `None`: the part has no such vector.
+/// Replaces simavr's EEPROM by the harness's, erased. `None`: the part has no such vector.
 pub(crate) fn attach(cpu: Cpu, registers: &'static EepromRegisters) -> Option<Attached<Eeprom>> {
     let &EepromRegisters { eecr, eearl, eearh, .. } = registers;
     let eeprom = Eeprom {
@@ -75,7 +75,7 @@ impl Eeprom {
         places.zip(bytes).for_each(|(place, byte)| *place = *byte);
     }
 
-    /// Makes EE_READY pending, or no longer so: it lasts as long as it is enabled and no write is under way.
+    /// Makes EE_READY pending or not: it lasts as long as it is enabled and no write is under way.
     pub fn refresh(&self, cpu: Cpu) {
         let control = cpu.data(self.registers.eecr);
         interrupt::set_pending(cpu, self.ready, control & EERIE != 0 && control & EEWE == 0);

@@ -1,17 +1,17 @@
-//! Interrupts as the datasheet has them (chapters "Reset and Interrupt Handling", "External
-//! Interrupts"). simavr lets entry take no time, does not fire a flag that was latched while its
-//! interrupt was masked, and does not clear the flags of EIFR.
+//! Interrupts as in the datasheet (chapters "Reset and Interrupt Handling", "External
+//! Interrupts"). In simavr an interrupt's entry takes no time, a flag that was latched while its
+//! interrupt was disabled does not fire, and writes do not clear the flags of EIFR.
 //!
-//! The rule put in place: an interrupt is pending exactly while its flag and its enable bit are set.
-//! It is checked again after every write to a register that holds either, and for level-triggered
-//! flags (a USART's RXC, TWINT), which acceptance does not clear, after each acceptance. So it holds
-//! too for a kernel that leaves a handler by other ways than RETI.
+//! The rule here: an interrupt is pending exactly while its flag and its enable bit are set. It is applied
+//! after every write to a register that holds either bit. For level-triggered flags (a USART's RXC, TWINT),
+//! which acceptance does not clear, it is applied after each acceptance, too. So it also holds for a kernel
+//! that leaves a handler in other ways than by RETI.
 
 use crate::cpu::{Cpu, IO_START, RegisterBits, Vector};
 use crate::device::{WrappedWrites, has_write_handler, io_end};
 
-/// Wraps every register whose write may change what is pending, and every other one for which simavr
-/// has a handler, so that none of them makes a run miss its deadline.
+/// Wraps every register whose write may change which interrupts are pending. Wraps every other register with
+/// a handler in simavr, too, so that none of them makes a run miss its deadline.
 pub(crate) fn install(cpu: Cpu) -> WrappedWrites {
     let mut wrapped = WrappedWrites::default();
     for address in IO_START..cpu.ram_start().min(io_end(cpu)) {
@@ -31,7 +31,7 @@ pub(crate) fn install(cpu: Cpu) -> WrappedWrites {
     wrapped
 }
 
-/// Makes `vector` pending, or no longer so, by its flag and enable bit.
+/// Makes `vector` pending or not, according to its flag and its enable bit.
 pub(crate) fn refresh(cpu: Cpu, vector: Vector) {
     let (flag, enable) = (vector.flag_bit(), vector.enable_bit());
     if flag.mask == 0 || enable.mask == 0 {
@@ -41,7 +41,7 @@ pub(crate) fn refresh(cpu: Cpu, vector: Vector) {
     set_pending(cpu, vector, is_set(flag) && is_set(enable));
 }
 
-/// Makes `vector` pending, or no longer so.
+/// Makes `vector` pending, or not pending any more.
 pub(crate) fn set_pending(cpu: Cpu, vector: Vector, wanted: bool) {
     if wanted && !vector.is_pending() {
         cpu.raise(vector);
@@ -55,7 +55,7 @@ fn refresh_all(cpu: Cpu, vectors: &[Vector]) {
     cpu.forget_withdrawn();
 }
 
-/// A register that simavr takes for memory: its flags are cleared by writing ones to them.
+/// Clears flags by the ones written to them, in a register that simavr treats as memory.
 fn clear_flags(cpu: Cpu, vectors: &[Vector], address: u16, before: u8, written: u8) {
     let flags = vectors
         .iter()

@@ -1,4 +1,4 @@
-//! What simavr does otherwise than the ATmega128, put right.
+//! Corrects simavr where it differs from the ATmega128.
 
 pub(crate) mod adc;
 pub(crate) mod eeprom;

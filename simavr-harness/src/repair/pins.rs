@@ -1,5 +1,5 @@
-//! PINx of the ATmega128 can only be read (chapter "I/O Ports"). simavr has a write to it toggle PORTx, as
-//! later parts do.
+//! PINx of the ATmega128 is read-only (chapter "I/O Ports"). In simavr a write to it toggles PORTx, as on
+//! later parts.
 
 use crate::cpu::Cpu;
 use crate::device::ignore_writes;

@@ -1,13 +1,13 @@
-//! RAMPZ (ATmega128 datasheet, "AVR CPU Core"): it has as many bits as it takes to say which 64 KB of the
-//! flash are meant; the others read 0. simavr keeps them all, and reads beyond its flash.
+//! RAMPZ (ATmega128 datasheet, "AVR CPU Core") has as many bits as it takes to select 64 KB of the flash; the
+//! others read 0. simavr keeps all eight bits, and reads beyond its flash.
 
 use crate::cpu::Cpu;
 use crate::device::WrappedWrites;
 
-/// Bytes that Z reaches by itself.
+/// Bytes that Z can address by itself.
 const PAGE: usize = 0x1_0000;
 
-/// Has writes leave the bits out that there are not.
+/// Makes writes drop the bits that do not exist.
 pub(crate) fn install(cpu: Cpu, wrapped: &mut WrappedWrites) {
     if let Some(rampz) = cpu.rampz() {
         wrapped.wrap(cpu, rampz, keep_what_there_is);

@@ -1,8 +1,9 @@
 //! "Store Program Memory Ready" (ATmega128 datasheet, "Boot Loader Support", SPMCSR): the interrupt lasts as
-//! long as SPMIE enables it and no SPM is under way. simavr raises it never, and does not know it as a level.
+//! long as SPMIE enables it and no SPM is under way. simavr never raises it, and does not treat it as a
+//! level.
 //!
-//! Simplified: no program here writes its own flash, so an SPM is never under way. What a write to the EEPROM
-//! does to the interrupt the datasheet leaves open: see [`WhileWriting`].
+//! Simplified: no program here writes its own flash, so an SPM is never under way. The datasheet leaves open
+//! how a write to the EEPROM affects the interrupt: see [`WhileWriting`].
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
@@ -13,10 +14,10 @@ use crate::repair::interrupt;
 /// SPMCSR: the interrupt is enabled.
 const SPMIE: u8 = 0x80;
 
-/// What a write to the EEPROM may do to "Store Program Memory Ready" on the chip, as long as it lasts.
+/// How a write to the EEPROM may affect "Store Program Memory Ready" on the chip while it lasts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WhileWriting {
-    /// The interrupt does not come: so the datasheets of sibling parts have it.
+    /// The interrupt does not come, as in the datasheets of sibling parts.
     Waits,
     /// SPMCSR stays as it is, whatever the program writes there ("EEPROM Write Prevents Writing to SPMCSR").
     KeepsRegister,
@@ -29,7 +30,7 @@ pub(crate) struct Spm {
     pub while_writing: Option<WhileWriting>,
 }
 
-/// Puts the harness's register in the place of simavr's. `None`: the part has no such vector.
+/// Replaces simavr's register by the harness's. `None`: the part has no such vector.
 pub(crate) fn attach(cpu: Cpu, registers: &SpmRegisters, eecr: u16) -> Option<Attached<Spm>> {
     let &SpmRegisters { spmcsr, ready } = registers;
     let spm = Spm { spmcsr, ready: cpu.vector(ready)?, eecr, while_writing: None };
@@ -38,7 +39,7 @@ pub(crate) fn attach(cpu: Cpu, registers: &SpmRegisters, eecr: u16) -> Option<At
 }
 
 impl Spm {
-    /// Makes the interrupt pending, or no longer so.
+    /// Makes the interrupt pending or not.
     pub fn refresh(&self, cpu: Cpu) {
         let is_held_up = self.is_affected(cpu, WhileWriting::Waits);
         interrupt::set_pending(cpu, self.ready, cpu.data(self.spmcsr) & SPMIE != 0 && !is_held_up);

@@ -5,7 +5,7 @@ use crate::cpu::Cpu;
 use crate::device::{Attached, Device};
 use crate::part::Timer1Registers;
 
-/// TCCR1A and TCCR1B: of the modes those with this bit set and that one clear count up to ICR1.
+/// Bits of TCCR1A and of TCCR1B. The modes with WGM13 set and WGM10 clear count up to ICR1.
 const WGM10: u8 = 0x01;
 const WGM13: u8 = 0x10;
 

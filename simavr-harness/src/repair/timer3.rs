@@ -1,7 +1,7 @@
-//! Timer3 (chapter "16-bit Timer/Counter"), in the place of simavr's: simavr's misses a match that lies
+//! Timer3 (chapter "16-bit Timer/Counter"), in place of simavr's. simavr's misses a match that lies
 //! within an instruction of the counter's overflow, and its fast PWM has no double-buffered registers.
 //!
-//! Modelled is what the robot's serial line in software uses: the MCU's own clock, the normal mode (0) and
+//! The model has what the robot's serial line in software uses: the MCU's own clock, the normal mode (0) and
 //! fast PWM up to OCR3A (15). In other modes the counter stands still.
 
 use crate::cpu::{Cpu, Vector};
@@ -27,7 +27,7 @@ const RISING: u8 = 0x40;
 const CLOCK: u8 = 0x07;
 const UNDIVIDED: u8 = 0x01;
 
-/// What happens to the pin of a compare unit (COM3x).
+/// The action of a compare unit on its pin (COM3x).
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Output {
     Port,
@@ -45,25 +45,25 @@ enum Mode {
 
 pub(crate) struct Timer3 {
     capture: Vector,
-    /// Of units A, B and C.
+    /// The vectors of units A, B and C.
     compare: [Vector; 3],
     overflow: Vector,
-    /// The cycle at which the counter was 0; or what it shows, while it stands still.
+    /// The cycle at which the counter was 0. `None` while it stands still, at `stands_at`.
     zero_at: Option<u64>,
     stands_at: u16,
     mode: Mode,
-    /// OCR3A, OCR3B, OCR3C as they are compared, and the buffers that they are taken over from with PWM.
+    /// OCR3A, OCR3B, OCR3C as they are compared, and the buffers from which they are loaded in PWM mode.
     compared: [u16; 3],
     buffered: [u16; 3],
     /// The high byte on its way to or from a 16-bit register.
     high: u8,
-    /// Up to which cycle matches and overflows have happened.
+    /// The cycle up to which matches and overflows have been processed.
     done: u64,
     capture_level: bool,
 }
 
-/// Puts the harness's timer in the place of simavr's. Its vectors stand in a row, `capture` first. `None`:
-/// the part has no such vectors.
+/// Replaces simavr's timer by the harness's. Its vectors are consecutive, from `capture` on. `None`: the part
+/// has no such vectors.
 pub(crate) fn attach(cpu: Cpu, capture: u8) -> Option<Attached<Timer3>> {
     let timer = Timer3 {
         capture: cpu.vector(capture)?,
@@ -116,7 +116,7 @@ impl Timer3 {
         self.done = cpu.cycle();
     }
 
-    /// The counter leaves `value` in this round.
+    /// The cycle at which the counter leaves `value` in its present round; `None` while it stands still.
     fn leaves(&self, value: u16) -> Option<u64> {
         self.zero_at.map(|zero_at| zero_at.wrapping_add(u64::from(value) + 1))
     }
@@ -130,7 +130,7 @@ impl Timer3 {
         }
     }
 
-    /// A match, or a forced one.
+    /// Changes the pin of a unit at a match, or at a forced one.
     fn change_pin(cpu: Cpu, unit: usize) {
         let pin = COMPARE_PINS[unit];
         match Self::output(cpu, unit) {
@@ -157,21 +157,21 @@ impl Timer3 {
         }
     }
 
-    /// Without PWM the program "will access the OCR3x directly": as the datasheet may be read, the buffer
-    /// keeps what it held.
+    /// Without PWM the program "will access the OCR3x directly". This is read to mean that the buffer keeps
+    /// its value.
     fn write_compare(&mut self, cpu: Cpu, unit: usize, value: u16) {
         if self.mode == Mode::FastPwm {
             self.buffered[unit] = value;
         } else {
             self.compared[unit] = value;
-            self.done = cpu.cycle(); // what the counter has passed is no match
+            self.done = cpu.cycle(); // a value that the counter has passed is no match
         }
     }
 }
 
 impl Device for Timer3 {
     fn write(&mut self, cpu: Cpu, address: u16, value: u8) {
-        // What is due now comes before the write.
+        // Matches and overflows that are due come before the write.
         while let Some(due) = self.due().filter(|&due| due <= cpu.cycle()) {
             self.expire(cpu, due);
         }
@@ -188,7 +188,7 @@ impl Device for Timer3 {
                 self.count_from(cpu, counter);
             }
             TCCR3C => {
-                // FOC3A, FOC3B and FOC3C in bits 7 to 5 are strobes, and only in a mode without PWM.
+                // FOC3A, FOC3B and FOC3C in bits 7 to 5 are strobes, and work only in a mode without PWM.
                 for unit in 0..3 {
                     if self.mode == Mode::Normal && value & 0x80 >> unit != 0 {
                         Self::change_pin(cpu, unit);

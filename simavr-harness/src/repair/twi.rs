@@ -1,9 +1,9 @@
-//! One MCU's two-wire interface (chapter "Two-wire Serial Interface"), in the place of simavr's: the
-//! registers, and what the program asked for through them. What happens on the wires is the
-//! business of the [`Bus`](crate::bus::Bus) that joins such nodes.
+//! One MCU's two-wire interface (chapter "Two-wire Serial Interface"), in place of simavr's: the
+//! registers, and what the program asked for through them. The [`Bus`](crate::bus::Bus) that joins such
+//! nodes models the wires.
 //!
-//! simavr's own does not do: two of them do not hear each other, the address mask comes from a
-//! CPU register, and there are neither general calls nor clock stretching.
+//! simavr's own interface does not suffice: two of them do not hear each other, the address mask comes from
+//! a CPU register, and there are neither general calls nor clock stretching.
 
 use crate::cpu::{Cpu, News, Vector};
 use crate::device::{Attached, Device, make_plain};
@@ -28,17 +28,17 @@ const NO_STATUS: u8 = 0xf8;
 pub(crate) struct Twi {
     registers: &'static TwiRegisters,
     vector: Vector,
-    /// The clock is held low until the program clears TWINT.
+    /// The node holds the clock low until the program clears TWINT.
     holds_clock: bool,
-    /// Cycle at which the program let the clock go last.
+    /// Cycle at which the program last released the clock.
     released_at: u64,
-    /// TWCR as it was written then.
+    /// The value of TWCR that released it.
     command: u8,
-    /// Cycle at which the request for a START that stands now took effect.
+    /// Cycle at which the present request for a START took effect.
     start_asked_at: u64,
     /// Cycle at which the interface was switched off or reset, if the bus has yet to notice.
     left_at: Option<u64>,
-    /// The program gave up the part of an addressed slave (TWSTO without being master).
+    /// The program gave up the role of an addressed slave (TWSTO without being master).
     recovered: bool,
 }
 
@@ -51,7 +51,7 @@ pub(crate) enum Command {
     Stop,
 }
 
-/// Puts the harness's interface in the place of simavr's. `None`: the part has no such vector.
+/// Replaces simavr's interface by the harness's. `None`: the part has no such vector.
 pub(crate) fn attach(cpu: Cpu, registers: &'static TwiRegisters) -> Option<Attached<Twi>> {
     let &TwiRegisters { twbr, twsr, twar, twdr, twcr, vector } = registers;
     make_plain(cpu, &[twbr, twsr, twar, twdr, twcr]);
@@ -69,7 +69,7 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static TwiRegisters) -> Option<Attac
 }
 
 impl Twi {
-    /// Sets the registers to their values after a reset and lets go of the bus.
+    /// Sets the registers to their values after a reset and leaves the bus.
     pub fn reset(&mut self, cpu: Cpu) {
         cpu.set_data(self.registers.twbr, 0);
         cpu.set_data(self.registers.twsr, NO_STATUS);
@@ -118,7 +118,7 @@ impl Twi {
         self.control(cpu) & (TWEA | TWEN) == TWEA | TWEN
     }
 
-    /// The address byte's upper seven bits to which the node answers.
+    /// The 7-bit address to which the node answers.
     pub fn own_address(&self, cpu: Cpu) -> u8 {
         cpu.data(self.registers.twar) >> 1
     }
@@ -127,7 +127,7 @@ impl Twi {
         cpu.data(self.registers.twar) & 1 != 0
     }
 
-    /// The byte to be sent.
+    /// The byte that the node sends.
     pub fn data(&self, cpu: Cpu) -> u8 {
         cpu.data(self.registers.twdr)
     }
@@ -142,13 +142,13 @@ impl Twi {
         }
     }
 
-    /// Length of a bit when this node gives the clock (section "Bit Rate Generator Unit").
+    /// Length of a bit in cycles when this node generates the clock (section "Bit Rate Generator Unit").
     pub fn bit_cycles(&self, cpu: Cpu) -> u64 {
         let prescaler = 1 << (2 * (cpu.data(self.registers.twsr) & 3));
         16 + 2 * u64::from(cpu.data(self.registers.twbr)) * prescaler
     }
 
-    /// The cycle at which the node left the bus, if it did since the last call.
+    /// Takes the cycle at which the node left the bus, if it did since the last call.
     pub fn take_left_at(&mut self) -> Option<u64> {
         self.left_at.take()
     }
@@ -165,7 +165,7 @@ impl Twi {
         cpu.set_data(self.registers.twdr, value);
     }
 
-    /// Something has happened that the program is to know: sets the status and TWINT.
+    /// Reports an event to the program: sets the status and TWINT.
     pub fn report(&mut self, cpu: Cpu, status: u8) {
         self.set_status(cpu, status);
         cpu.set_bits(self.registers.twcr, TWINT, true);
@@ -213,7 +213,7 @@ impl Twi {
         cpu.call_attention();
     }
 
-    /// TWDR can be written only while TWINT is set; otherwise the write is lost and TWWC tells so.
+    /// TWDR can be written only while TWINT is set. Otherwise the write is lost, and TWWC is set.
     fn write_data(&mut self, cpu: Cpu, value: u8) {
         let writable = self.control(cpu) & TWINT != 0;
         if writable {

@@ -1,10 +1,10 @@
-//! A USART in asynchronous mode (chapter "USART"), in the place of simavr's: a frame takes its true
+//! A USART in asynchronous mode (chapter "USART"), in place of simavr's. A frame takes its true
 //! time, the transmitter has a buffer before its shift register, TXC is set once when both are
 //! empty, and the receiver has two bytes of buffer and its shift register.
 //!
-//! Bytes come and go as [`Character`]s with the cycles of their frame, so that whoever joins two
-//! USARTs can deliver a byte at the end of its frame. What a module hears of its own transmission is
-//! up to the joiner as well.
+//! Bytes come and go as [`Character`]s with the cycles of their frame, so that the code that joins two
+//! USARTs can deliver a byte at the end of its frame. That code also decides whether a module hears its own
+//! transmission.
 
 use std::collections::VecDeque;
 
@@ -14,14 +14,14 @@ use crate::device::{Attached, Device, make_plain};
 use crate::part::UsartRegisters;
 use crate::repair::interrupt;
 
-/// What a USART has done since power-up.
+/// The counts of a USART since power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct UsartCounts {
     /// Characters sent.
     pub sent: u64,
     /// Characters that came while the receiver was on.
     pub received: u64,
-    /// Of these, the ones lost because the buffer and the shift register were full.
+    /// The received characters that were lost because the buffer and the shift register were full.
     pub overrun: u64,
     /// Characters that came while the receiver was off.
     pub unheard: u64,
@@ -52,7 +52,7 @@ struct Transmitter {
 
 #[derive(Default)]
 struct Receiver {
-    /// On their way here, by the end of their frames.
+    /// The characters on their way here, in the order in which their frames end.
     arriving: VecDeque<Character>,
     /// Two bytes of buffer, then the shift register.
     held: VecDeque<u8>,
@@ -75,7 +75,7 @@ const UCSZ2: u8 = 0x04;
 // UCSRnC
 const EIGHT_BITS: u8 = 0x06;
 
-/// Puts the harness's USART in the place of simavr's. `None`: the part has no such vectors.
+/// Replaces simavr's USART by the harness's. `None`: the part has no such vectors.
 pub(crate) fn attach(cpu: Cpu, registers: &'static UsartRegisters) -> Option<Attached<Usart>> {
     let &UsartRegisters { udr, ucsra, ucsrb, ucsrc, ubrrl, ubrrh, .. } = registers;
     let vectors = Vectors {
@@ -95,7 +95,7 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static UsartRegisters) -> Option<Att
 }
 
 impl UsartRegisters {
-    /// Length of a frame in cycles as the registers stand: start bit, 5 to 9 data bits, parity, stop
+    /// Length of a frame in cycles by the present registers: start bit, 5 to 9 data bits, parity, stop
     /// bits (section "Frame Formats").
     pub fn frame_cycles(&self, cpu: Cpu) -> u64 {
         let control = cpu.data(self.ucsrc);
@@ -116,7 +116,7 @@ impl UsartRegisters {
 }
 
 impl Usart {
-    /// Sets the registers to their values after a reset; what is on the wire stays there.
+    /// Sets the registers to their values after a reset. Characters on the wire stay there.
     pub fn reset(&mut self, cpu: Cpu) {
         self.transmitter.buffer = None;
         self.transmitter.shifting_until = None;
@@ -137,7 +137,7 @@ impl Usart {
         std::mem::take(&mut self.transmitter.sent)
     }
 
-    /// A character comes in: it is received at the end of its frame.
+    /// Delivers a character, which the USART receives at the end of its frame.
     pub fn receive(&mut self, character: Character) {
         let place = self.receiver.arriving.partition_point(|other| other.end <= character.end);
         self.receiver.arriving.insert(place, character);
@@ -188,7 +188,7 @@ impl Usart {
             return;
         }
         if self.receiver.held.len() == RECEIVER_HOLDS {
-            // It was shifted in over the byte that waited in the shift register.
+            // The new byte was shifted in over the one that waited in the shift register.
             self.receiver.held.pop_back();
             self.set_status(cpu, DOR, true);
             self.counts.overrun += 1;

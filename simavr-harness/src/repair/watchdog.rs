@@ -1,12 +1,11 @@
-//! The watchdog of the ATmega128 (chapter "Watchdog Timer"). It has no interrupt, so simavr leaves
-//! its IRQs without the pool that simavr's own reset then dereferences, and crashes; and it keeps
-//! the watchdog running after a reset, and as long as WDRF is set, as newer parts do. Here it is off
-//! after every reset, and the timed sequence switches it off whatever WDRF says. One that is off is switched
-//! on, for any time, by a single write. Its times are the typical ones at 5 V; simavr has those of later
-//! parts.
+//! The watchdog of the ATmega128 (chapter "Watchdog Timer"). It has no interrupt, so simavr leaves its IRQs
+//! without a pool; simavr's own reset then dereferences that pool, and crashes. simavr also keeps the
+//! watchdog running after a reset, and as long as WDRF is set, as newer parts do. Here it is off after every
+//! reset, and the timed sequence switches it off whatever WDRF is. A single write switches a watchdog on that
+//! is off, for any time. Its times are the typical ones at 5 V; simavr has those of later parts.
 //!
-//! On every part the instruction WDR registers a cycle timer outside any register write; it too has
-//! to keep the deadline of a run.
+//! On every part the instruction WDR registers a cycle timer outside any register write. That, too, must keep
+//! the deadline of a run.
 
 use std::ffi::{c_int, c_void};
 use std::sync::OnceLock;
@@ -22,16 +21,16 @@ type Request = unsafe extern "C" fn(*mut ffi::avr_io_t, u32, *mut c_void) -> c_i
 /// simavr's handler of requests to a watchdog, the same for all instances.
 static REQUEST: OnceLock<Request> = OnceLock::new();
 
-/// WDTCR of the ATmega128: the watchdog may be switched off; it is on; for how long.
+/// Bits of WDTCR of the ATmega128: change enable, watchdog enable, prescaler.
 const WDCE: u8 = 0x10;
 const WDE: u8 = 0x08;
 const WDP: u8 = 0x07;
 
-/// The shortest of its times in microseconds (table "Watchdog Timer Prescale Select", at 5 V). Each is twice
-/// the one before.
+/// The shortest time-out in microseconds (table "Watchdog Timer Prescale Select", at 5 V). Each longer one is
+/// twice the one before.
 const SHORTEST_MICROS: u64 = 14_050;
 
-/// By which simavr asks a watchdog to start over, as for WDR.
+/// simavr's request to a watchdog to restart, as for WDR.
 const START_OVER: u32 = u32::from_be_bytes(*b"wdtr");
 
 pub(crate) fn install(cpu: Cpu, wrapped: &mut WrappedWrites) {
@@ -56,21 +55,22 @@ pub(crate) fn install(cpu: Cpu, wrapped: &mut WrappedWrites) {
     });
 }
 
-/// Does what the chip does with what is written to WDTCR, behind what simavr does.
+/// Corrects WDTCR and the time-out after simavr has handled a write to WDTCR.
 fn follow(cpu: Cpu, wdtcr: u16, before: u8, written: u8) {
     let was_on = before & WDE != 0;
     if !was_on {
         cpu.set_bits(wdtcr, WDE | WDP, false);
         cpu.set_bits(wdtcr, written & (WDE | WDP), true);
     } else if before & WDCE != 0 && written & WDE == 0 {
-        // simavr's timer may run on, and then does nothing.
+        // simavr's timer may run on; it then has no effect.
         cpu.set_bits(wdtcr, WDE, false);
     }
     let now = cpu.data(wdtcr);
     let starts = now & WDE != 0 && (!was_on || (before ^ now) & WDP != 0);
     cpu.peripherals(|kind, peripheral| {
         let Some(handler) = REQUEST.get().filter(|_| kind == "watchdog") else { return };
-        // SAFETY: as where it was installed; the handler is simavr's own.
+        // SAFETY: the list holds live peripherals, and one of this kind is the first field of an
+        // `avr_watchdog_t`, as in `install`; the handler is simavr's own.
         unsafe {
             let micros = SHORTEST_MICROS << (now & WDP);
             (*peripheral.cast::<ffi::avr_watchdog_t>()).cycle_count =

@@ -1,10 +1,10 @@
-//! What the kernel's data in SRAM say of tasks.
+//! Reads the states of tasks from the kernel's data in SRAM.
 //!
-//! Where its fields lie is told by `repr(C)` of [`ready.rs`](../../../kernel/src/ready.rs),
+//! The offsets of the fields follow from `repr(C)` in [`ready.rs`](../../../kernel/src/ready.rs),
 //! [`control_block.rs`](../../../kernel/src/control_block.rs), [`proxy.rs`](../../../kernel/src/proxy.rs) and
-//! [`timer.rs`](../../../kernel/src/timer.rs), with addresses of two bytes; what links mean by
-//! [`link.rs`](../../../kernel/src/link.rs). A program that runs wild may have anything there: nothing here
-//! counts on its being right.
+//! [`timer.rs`](../../../kernel/src/timer.rs), with addresses of two bytes. The meanings of links are in
+//! [`link.rs`](../../../kernel/src/link.rs). A faulty program may have overwritten the data with anything, so
+//! nothing here relies on their being valid.
 
 use crate::cpu::{Cpu, Registers};
 use crate::trace::names::Names;
@@ -15,7 +15,7 @@ const HEAD: u16 = 0;
 const RUNNING: u16 = 2;
 const QUEUES: u16 = 5;
 const LEVELS: u16 = 8;
-/// And the first timer.
+/// In `Kernel`: the first timer.
 const TIMERS: u16 = QUEUES + 2 * LEVELS;
 
 /// In `ControlBlock`.
@@ -35,19 +35,19 @@ const PROXY: u8 = 0x20;
 const KILLED: u8 = 0x10;
 const PROXIED: u8 = 0x08;
 
-/// In `Timer`: behind the link to the next one.
+/// In `Timer`, after the link to the next one.
 const DEADLINE: u16 = 2;
 const TARGET: u16 = 4;
 
-/// Links that lead to no task: an end, and two with a meaning of their own.
+/// Links that lead to no task: `END` marks the end of a list; the two others have meanings of their own.
 const END: u16 = 0x8000;
 const DELAYED: u16 = 0xff00;
 const PARKED: u16 = 0xfe00;
 
-/// No list is longer; in a run that is not broken by the program itself.
+/// No list is longer, unless the program has corrupted the kernel's data.
 const LONGEST_LIST: usize = 256;
 
-/// Where the kernel keeps what it keeps.
+/// The addresses of the kernel's data.
 pub(crate) struct Kernel {
     start: u16,
     idle: u16,
@@ -56,12 +56,12 @@ pub(crate) struct Kernel {
     ticks: Option<u16>,
 }
 
-/// What keeps a task that does not run.
+/// Why a task is not ready.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Kept {
     /// There is no task on the stack.
     Absent,
-    /// The semaphores by their addresses, and the ticks until the wait ends by itself.
+    /// The addresses of the semaphores, and the ticks until the wait ends by itself.
     Waiting {
         on: Vec<u16>,
         ticks: Option<u16>,
@@ -71,7 +71,7 @@ pub(crate) enum Kept {
 }
 
 impl Kept {
-    /// What the task does, in the words of the program; `None` where there is none.
+    /// The task's state, with the program's names; `None` if there is no task.
     pub fn state(self, names: &mut Names) -> Option<TaskState> {
         match self {
             Kept::Absent => None,
@@ -101,30 +101,30 @@ impl Kernel {
         Ok(Self { start, idle, control_block, ticks })
     }
 
-    /// How many bytes a control block takes, behind which a task's stack begins.
+    /// The bytes of a control block, after which the task's stack begins.
     pub fn control_block_bytes(&self) -> u16 {
         self.control_block
     }
 
-    /// The byte that is stored last where another task becomes the running one.
+    /// The address of the byte that is stored last when another task becomes the running one.
     pub fn running_changes_at(&self) -> u16 {
         self.start + RUNNING + 1
     }
 
-    /// The bytes that change where a task becomes ready.
+    /// The addresses of the bytes that change when a task becomes ready.
     pub fn queues(&self) -> std::ops::Range<u16> {
         self.start + QUEUES..self.start + TIMERS
     }
 
-    /// The task to which the CPU is given; `None` if it idles. The kernel calls idle the running task while
-    /// it loads the context of another one.
+    /// The task to which the kernel gives the CPU; `None` if it idles. While the kernel loads the context of
+    /// another task, the idle task is its running one.
     pub fn chosen(&self, cpu: Cpu) -> Option<u16> {
         let running = word(cpu, self.start + RUNNING);
         let task = if running == self.idle { word(cpu, self.start + HEAD) } else { running };
         (task != self.idle).then_some(task)
     }
 
-    /// All tasks that are ready, the running one among them.
+    /// All tasks that are ready, including the running one.
     pub fn ready(&self, cpu: Cpu) -> Vec<u16> {
         let mut ready = Vec::new();
         for last in self.queues().step_by(2).map(|queue| word(cpu, queue)) {
@@ -143,19 +143,20 @@ impl Kernel {
         ready
     }
 
-    /// Whether the kernel's data are laid: before that there are chance values.
+    /// Whether the kernel's data are initialised. Before that they are chance values.
     pub fn is_laid(&self, cpu: Cpu, is_task: impl Fn(u16) -> bool) -> bool {
         let tasks = [HEAD, RUNNING].map(|at| word(cpu, self.start + at));
         tasks.into_iter().all(|task| task == self.idle || is_task(task))
     }
 
-    /// The task that the kernel calls the running one, if it is not the idle task.
+    /// The kernel's running task; `None` if that is the idle task.
     pub fn running(&self, cpu: Cpu) -> Option<u16> {
         Some(word(cpu, self.start + RUNNING)).filter(|&task| task != self.idle)
     }
 
-    /// The registers with which a task goes on, as its saved context has them: voluntary, Y and the return
-    /// address; preempted, all of them (kernel/src/arch/avr/mod.rs). Registers that are not saved read 0.
+    /// The registers with which a task resumes, from its saved context. A voluntary context has Y and the
+    /// return address, a preempted one all registers (kernel/src/arch/avr/mod.rs). Registers that are not
+    /// saved read 0.
     pub fn saved(&self, cpu: Cpu, task: u16) -> Registers {
         let stack_pointer = word(cpu, task.wrapping_add(STACK_POINTER));
         let lowest = stack_pointer & !PREEMPTED;
@@ -170,7 +171,7 @@ impl Kernel {
             for (at, register) in (0..).zip(order) {
                 registers.general[register] = byte(at);
             }
-            registers.status = byte(29) | 0x80; // where an interrupt found it
+            registers.status = byte(29) | 0x80; // I was set when the interrupt was accepted
             [registers.general[0], registers.general[30], registers.general[31]] =
                 [byte(30), byte(31), byte(32)];
             33
@@ -180,7 +181,8 @@ impl Kernel {
         registers
     }
 
-    /// What a task does while `running` has the CPU and these are `ready`; `None` where there is no task.
+    /// The state of a task while `running` has the CPU and the tasks in `ready` are ready; `None` if there is
+    /// no task.
     pub fn state(
         &self,
         cpu: Cpu,
@@ -197,7 +199,7 @@ impl Kernel {
         }
     }
 
-    /// What keeps a task that is not ready.
+    /// Why a task is not ready.
     pub fn kept(&self, cpu: Cpu, task: u16) -> Kept {
         let [flags, _] = word(cpu, task.wrapping_add(PRIORITY)).to_le_bytes();
         match word(cpu, task.wrapping_add(LINK)) {
@@ -216,8 +218,9 @@ impl Kernel {
         }
     }
 
-    /// The semaphores in whose queues proxy waiters of a wait set stand. They are found by their form, which
-    /// tells their wait set, and by standing there: wherever they lie.
+    /// The semaphores in whose queues proxy waiters of a wait set stand. Proxy waiters may lie anywhere in
+    /// SRAM. They are found by their bytes, which name the wait set, and by standing in the queue of their
+    /// semaphore.
     fn awaited_by_proxies(&self, cpu: Cpu, set: u16) -> Vec<u16> {
         let of_set = |control_block: &[u8]| match control_block {
             &[HALTED, low, high, _, _, flags, ..] => {
@@ -237,7 +240,8 @@ impl Kernel {
         found.into_iter().filter_map(awaited).collect()
     }
 
-    /// The ticks until a timer wakes the task, or posts one of the semaphores that it waits for.
+    /// The ticks until a timer wakes the task, or posts one of the semaphores that it waits for; `None`
+    /// without such a timer.
     fn ticks_left(&self, cpu: Cpu, task: u16, semaphores: &[u16]) -> Option<u16> {
         let now = word(cpu, self.ticks?);
         let mut timer = word(cpu, self.start + TIMERS);
@@ -255,7 +259,7 @@ impl Kernel {
     }
 }
 
-/// The semaphore in whose queue a task stands: what the queue ends with.
+/// The semaphore in whose queue a task stands. The link at the end of the queue leads to it.
 fn queue_of(cpu: Cpu, task: u16) -> Option<u16> {
     let mut link = word(cpu, task.wrapping_add(LINK));
     for _ in 0..LONGEST_LIST {
@@ -267,7 +271,7 @@ fn queue_of(cpu: Cpu, task: u16) -> Option<u16> {
     (link & END != 0).then_some(link & !END)
 }
 
-/// Who waits in the queue of a semaphore.
+/// The tasks and proxy waiters in the queue of a semaphore.
 fn queue(cpu: Cpu, semaphore: u16) -> Vec<u16> {
     let mut waiting = Vec::new();
     let mut link = word(cpu, semaphore);
@@ -278,7 +282,7 @@ fn queue(cpu: Cpu, semaphore: u16) -> Vec<u16> {
     waiting
 }
 
-/// Whether a link leads to a task, or another place in SRAM: neither an end nor a number of signals.
+/// Whether a link leads to a task, or another address in SRAM: it is neither an end nor a number of signals.
 fn is_task(link: u16) -> bool {
     (0x100..END).contains(&link)
 }

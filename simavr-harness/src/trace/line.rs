@@ -1,4 +1,4 @@
-//! The levels of wires, by what was sent there.
+//! Computes the levels of wires from what was sent over them.
 
 use crate::character::Character;
 use crate::probe::Edge;
@@ -11,12 +11,12 @@ pub struct Line {
     pub name: String,
     /// Its level before the first edge.
     pub is_high: bool,
-    /// In the order of time, each to the other level.
+    /// In the order of time, with alternating levels.
     pub edges: Vec<Edge>,
 }
 
 impl Line {
-    /// A wire that is at one level, but for some times, which may overlap.
+    /// A wire at level `is_high`, except in the spans `otherwise`, which may overlap.
     pub(super) fn of(name: String, is_high: bool, mut otherwise: Vec<(u64, u64)>) -> Self {
         otherwise.retain(|(begin, end)| begin < end);
         otherwise.sort_unstable();
@@ -33,7 +33,7 @@ impl Line {
         Line { name, is_high, edges }
     }
 
-    /// A wire that has these levels from these cycles on.
+    /// A wire that takes each of these levels at its cycle.
     pub(super) fn of_levels(
         name: String,
         is_high: bool,
@@ -47,8 +47,8 @@ impl Line {
     }
 }
 
-/// The line at a serial port that carries these characters: idle it is high. Where two senders speak at once
-/// it is low while either of them has it so.
+/// The line at a serial port that carries these characters. An idle line is high. While two senders overlap,
+/// the line is low when either of them drives it low.
 pub fn serial_line(name: String, characters: &[Character]) -> Line {
     let lows = characters.iter().flat_map(|&Character { value, start, end }| {
         let bit = move |number: u64| start + number * (end - start) / BITS;
@@ -58,10 +58,10 @@ pub fn serial_line(name: String, characters: &[Character]) -> Line {
     Line::of(name, true, lows.collect())
 }
 
-/// What takes the wires of a bus for a while: a START and a STOP for a bit, a byte for nine.
+/// A signal on the wires of a bus. A START and a STOP take a bit, a byte nine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum BusSignal {
-    /// Or a repeated one.
+    /// A START or a repeated START.
     Start,
     Byte {
         value: u8,
@@ -87,7 +87,7 @@ pub fn bus_lines(signals: &[Slice<BusSignal>]) -> [Line; 2] {
             BusSignal::Byte { value, acknowledged } => {
                 let bits = (0..8).rev().map(|bit| value & 1 << bit != 0).chain([!acknowledged]);
                 for (number, level) in (0..).zip(bits) {
-                    // Data change while the clock is low.
+                    // SDA changes while SCL is low.
                     data.push((at(4 * number + 1, 36), level));
                     clock.extend([(at(4 * number + 2, 36), true), (at(4 * number + 4, 36), false)]);
                 }

@@ -1,14 +1,14 @@
-//! What an MCU does, over time: who has its CPU, what each task waits for, which interrupts are served.
+//! Traces an MCU over time: which task has its CPU, what each task waits for, which interrupts are served.
 //!
-//! A [`Tracer`] sees it from outside: it looks at each instruction as it was executed, and at what the kernel
-//! keeps in SRAM where that instruction changed it. The program does not take a cycle more, and no MCU that
-//! is not traced is looked at.
+//! A [`Tracer`] observes from outside. It looks at each executed instruction, and reads the kernel's data in
+//! SRAM if that instruction changed them. The program does not take a cycle more, and an MCU that is not
+//! traced costs nothing.
 //!
-//! - `watch`: which instructions and which bytes of SRAM are looked at.
-//! - `kernel`: what the kernel's data say, at addresses that the image's symbols tell.
-//! - `names`: what lies where, in the words of the program.
-//! - `tracer`: takes note.
-//! - `line`: the levels of wires, by what was sent there; `motors`: those of the pins that drive motors.
+//! - `watch`: the instructions and registers that are watched.
+//! - `kernel`: reads the kernel's data, at addresses from the image's symbols.
+//! - `names`: the program's names for addresses.
+//! - `tracer`: records the trace.
+//! - `line`: the levels of wires, from what was sent; `motors`: those of the pins that drive motors.
 
 mod kernel;
 mod line;
@@ -31,25 +31,26 @@ pub(crate) use names::Names;
 pub(crate) use tracer::Tracer;
 pub use track::Slice;
 
-/// What an MCU did, from power-up to where its run ended. All times are cycles since power-up of the robot.
+/// The trace of an MCU from power-up to the end of its run. All times are cycles since power-up of the robot.
 #[derive(Clone, Debug, Default)]
 pub struct Trace {
-    /// Who had the CPU: one after the other, without gaps. Interrupts are in here with whatever they
-    /// interrupted, as the kernel's own figures have them.
+    /// The holders of the CPU, one after the other, without gaps. An interrupt counts to the holder that it
+    /// interrupted, as in the kernel's own figures.
     pub cpu: Vec<Slice<Holder>>,
-    /// Interrupts by their vectors, in the order of their begins, from the acceptance to where the handler
-    /// returns or leaves the CPU to another task. One that interrupts another lies within that.
+    /// Interrupts by their vectors, in the order of their begins. Each lasts from the acceptance until the
+    /// handler returns or leaves the CPU to another task. A nested interrupt lies within the one that it
+    /// interrupts.
     pub interrupts: Vec<Slice<u8>>,
     /// In the order in which they were first ready.
     pub tasks: Vec<TaskTrace>,
-    /// By the numbers of the serial ports, as far as anything passed there.
+    /// By the numbers of the serial ports, up to the last one that carried anything.
     pub serial: Vec<SerialTrace>,
     pub(crate) registers: Vec<RegisterWrite>,
-    /// Where the run ended.
+    /// The cycle at which the run ended.
     pub end: u64,
 }
 
-/// A register by which motors are driven has been written, or reset.
+/// A write to a register that drives motors, or its reset.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RegisterWrite {
     pub cycle: u64,
@@ -57,45 +58,45 @@ pub(crate) struct RegisterWrite {
     pub value: u8,
 }
 
-/// What passed at a serial port. The last characters may end later than the run.
+/// The characters at a serial port. The last ones may end later than the run.
 #[derive(Clone, Debug, Default)]
 pub struct SerialTrace {
     pub sent: Vec<Character>,
-    /// What came in, whether the program received it or not.
+    /// The characters that came in, whether the program received them or not.
     pub received: Vec<Character>,
 }
 
-/// What a task did.
+/// The trace of a task.
 #[derive(Clone, Debug)]
 pub struct TaskTrace {
     /// The name of its stack in the program.
     pub name: Arc<str>,
-    /// One after the other. Where there is a gap there was no task on this stack.
+    /// Its states, one after the other. In a gap there was no task on this stack.
     pub states: Vec<Slice<TaskState>>,
 }
 
-/// Who has the CPU.
+/// The holder of the CPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holder {
-    /// Nobody: a reset lasts until supply and crystal have settled.
+    /// None: a reset lasts until supply and crystal have settled.
     Reset,
     /// The program, before the kernel runs.
     Start,
-    /// The kernel, as no task is ready.
+    /// The kernel, because no task is ready.
     Idle,
-    /// Nobody: the core sleeps.
+    /// None: the core sleeps.
     Sleep,
-    /// The task with this index in [`Trace::tasks`]: from where the kernel turns to it, so that its context
-    /// is loaded in its time, and that of the task before is saved in that one's.
+    /// The task with this index in [`Trace::tasks`], from the point where the kernel turns to it. Loading its
+    /// context counts to it; saving the context of the task before counts to that task.
     Task(usize),
 }
 
-/// What a task is doing.
+/// The state of a task.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TaskState {
     /// It has the CPU.
     Running,
-    /// It could go on, and another has the CPU.
+    /// It could run, but another task has the CPU.
     Ready,
     Waiting(Wait),
     /// Another task has suspended it, and it does not wait.
@@ -103,12 +104,12 @@ pub enum TaskState {
     Killed,
 }
 
-/// What a task waits for.
+/// The wait of a task.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wait {
-    /// The semaphores or queues, by name; none where it waits for a time alone.
+    /// The names of the semaphores or queues that it waits for; none if it waits for a time only.
     pub on: Vec<Arc<str>>,
-    /// For how many ticks at most, if it is no longer than that.
+    /// The ticks until the wait ends by itself; `None` for a wait without a time limit.
     pub ticks: Option<u16>,
 }
 

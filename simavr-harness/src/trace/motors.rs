@@ -1,18 +1,18 @@
-//! The levels of the pins that drive an MCU's joints, by the registers of Timer1 and port C.
+//! Computes the levels of the pins that drive an MCU's joints from the registers of Timer1 and port C.
 //!
-//! simavr does not follow these, as the body does: so the pulses are those that the timer gives in the phase
-//! and frequency correct mode, which counts up to ICR1 and down again, with the MCU's clock (datasheet,
-//! "16-bit Timer/Counter", "Phase and Frequency Correct PWM Mode"). A pin is high while the counter is below
-//! the compare register, whose value is taken over at the bottom.
+//! simavr does not simulate these registers, because the body follows them. So the pulses are computed as the
+//! timer makes them in the phase and frequency correct mode, in which it counts up to ICR1 and down again
+//! with the MCU's clock (datasheet, "16-bit Timer/Counter", "Phase and Frequency Correct PWM Mode"). A pin is
+//! high while the counter is below the compare register, whose value is taken over at the bottom.
 
 use crate::Controller;
 use crate::joint_pins::{ICR1, JOINTS, JointWiring, PORTC, TCCR1A, TCCR1B};
 use crate::trace::{Line, RegisterWrite, Trace};
 
-/// In TCCR1B: the timer has a clock.
+/// The clock select bits of TCCR1B. Any of them set: the timer has a clock.
 const CLOCKED: u8 = 7;
 
-/// The pins of an MCU's joints: of each its pulses, and its direction.
+/// The pins of an MCU's joints: for each joint its pulses and its direction.
 pub fn motor_lines(trace: &Trace, controller: Controller) -> Vec<Line> {
     let joints = JOINTS.iter().filter(|joint| joint.controller == controller);
     joints.flat_map(|joint| [pulses(joint, trace), direction(joint, &trace.registers)]).collect()
@@ -24,14 +24,14 @@ fn direction(joint: &JointWiring, writes: &[RegisterWrite]) -> Line {
     Line::of_levels(format!("{:?}_direction", joint.axis), false, levels)
 }
 
-/// What the timer does between two writes to its registers.
+/// The timer between two writes to its registers.
 #[derive(Default)]
 struct Timer {
     is_connected: bool,
     is_clocked: bool,
     top: u16,
     compare: u16,
-    /// When the counter is at its bottom next.
+    /// The cycle at which the counter is next at its bottom.
     bottom: u64,
     highs: Vec<(u64, u64)>,
 }
@@ -65,7 +65,7 @@ fn pulses(joint: &JointWiring, trace: &Trace) -> Line {
 }
 
 impl Timer {
-    /// Lets whole periods pass that begin before `cycle`.
+    /// Adds the pulses of all periods that begin before `cycle`.
     fn run_until(&mut self, cycle: u64) {
         if !self.is_clocked || self.top == 0 {
             return;

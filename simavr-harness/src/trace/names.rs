@@ -1,4 +1,4 @@
-//! What lies where in SRAM, in the words of the program.
+//! The program's names for addresses in SRAM.
 
 use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
@@ -9,9 +9,9 @@ use crate::image::{Image, Place};
 
 /// The variables of a program.
 pub(crate) struct Names {
-    /// By where they begin: how far they reach, and the last part of their path.
+    /// By their addresses: their sizes, and the last part of their paths.
     variables: BTreeMap<u16, (u16, Arc<str>)>,
-    /// By their whole paths.
+    /// By their whole paths: their addresses and sizes.
     places: HashMap<String, (u16, u16)>,
     /// Names of addresses, as far as they were asked for.
     known: HashMap<u16, Arc<str>>,
@@ -33,13 +33,13 @@ impl Names {
         Self { variables, places, known: HashMap::new() }
     }
 
-    /// Where the variable of this path lies, and how many bytes it takes.
+    /// The address of the variable of this path, and its size in bytes.
     pub fn place(&self, path: &str) -> Option<(u16, u16)> {
         self.places.get(path).copied()
     }
 
-    /// Where the control blocks of tasks lie, their names, and how many bytes each takes with its stack: that
-    /// is in a module `stack`.
+    /// The tasks: the address of each control block, the task's name, and the bytes of the control block and
+    /// its stack together. The path of such a variable is in a module `stack`.
     pub fn tasks(&self) -> impl Iterator<Item = (u16, &str, u16)> {
         self.places.iter().filter_map(|(path, &(start, size))| {
             let (module, name) = path.rsplit_once("::")?;
@@ -47,7 +47,8 @@ impl Names {
         })
     }
 
-    /// What the program calls what lies at `address`: a variable, or a place so many bytes from its start.
+    /// The program's name for `address`: that of a variable, followed by the distance from its start if that
+    /// is not 0.
     pub fn name(&mut self, address: u16) -> Arc<str> {
         let Self { variables, known, .. } = self;
         known.entry(address).or_insert_with(|| named(variables, address)).clone()

@@ -1,7 +1,7 @@
-//! Takes note of what an MCU does, instruction by instruction.
+//! Records what an MCU does, instruction by instruction.
 //!
-//! What the kernel keeps of tasks is consistent where interrupts are enabled, and where it turns to another
-//! task: there it is read, if any of it has changed. A change counts from the first store on.
+//! The kernel's data are consistent while interrupts are enabled, and where the kernel switches to another
+//! task. There the tracer reads them, if any of them has changed. A change takes effect at its first store.
 
 use std::collections::HashMap;
 
@@ -15,29 +15,29 @@ use crate::trace::track::{Slice, Track};
 use crate::trace::watch::{Meaning, REGISTERS, Watch};
 use crate::trace::{Holder, NotTraceable, RegisterWrite, SerialTrace, TaskState, TaskTrace, Trace};
 
-/// What is followed of one MCU.
+/// The tracer of one MCU.
 pub(crate) struct Tracer {
     watch: Watch,
     kernel: Kernel,
     names: Names,
     cpu: Track<Holder>,
-    /// Who has the CPU where the core does not sleep.
+    /// The holder of the CPU while the core does not sleep.
     holder: Holder,
     is_asleep: bool,
     /// Interrupts that are over.
     interrupts: Vec<Slice<u8>>,
-    /// Vectors of interrupts under way, and since when.
+    /// Interrupts under way: the vectors, and the cycles at which they were accepted.
     under_way: Vec<(u8, u64)>,
     tasks: Vec<Followed>,
-    /// Their indices by what the kernel calls them.
+    /// Indices of tasks by the addresses of their control blocks.
     indices: HashMap<u16, usize>,
-    /// By address, what a store there changes.
+    /// By address, the data that a store there changes.
     watched: Vec<Watched>,
-    /// When queues of ready tasks were changed first since all was read last.
+    /// The cycle of the first change to a queue of ready tasks since the last `read`.
     queues_changed: Option<u64>,
-    /// Something has changed since, or the program is about to begin.
+    /// Data have changed since the last `read`, or the program is about to begin.
     is_unread: bool,
-    /// When the last reset is over.
+    /// The cycle at which the last reset is over.
     starts_at: u64,
     serial: Vec<SerialTrace>,
     registers: Vec<RegisterWrite>,
@@ -45,14 +45,14 @@ pub(crate) struct Tracer {
 
 struct Followed {
     control_block: u16,
-    /// The kernel has changed its link since all was read last.
+    /// The cycle of the first change to its link since the last `read`.
     changed: Option<u64>,
-    /// What it does where it does not have the CPU.
+    /// Its state while it does not have the CPU.
     otherwise: Option<TaskState>,
     states: Track<TaskState>,
 }
 
-/// What a byte of SRAM is part of.
+/// The data that a byte of SRAM or a register belongs to.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Watched {
     Nothing,
@@ -60,7 +60,7 @@ enum Watched {
     Queues,
     /// The link of the task with this index.
     Link(u16),
-    /// A register by which motors are driven.
+    /// A register that drives motors.
     Register,
 }
 
@@ -136,7 +136,7 @@ impl Tracer {
         }
     }
 
-    /// The core goes on at `cycle`, if it slept.
+    /// The core wakes at `cycle`, if it slept.
     pub fn wakes(&mut self, cycle: u64) {
         self.is_asleep = false;
         self.show(cycle);
@@ -167,12 +167,12 @@ impl Tracer {
         self.hold(cycle, Holder::Reset);
     }
 
-    /// Serial port `number` has sent this.
+    /// Serial port `number` has sent `characters`.
     pub fn sent(&mut self, number: usize, characters: &[Character]) {
         self.serial(number).sent.extend_from_slice(characters);
     }
 
-    /// This comes in at serial port `number`.
+    /// `character` comes in at serial port `number`.
     pub fn receives(&mut self, number: usize, character: Character) {
         self.serial(number).received.push(character);
     }
@@ -184,7 +184,7 @@ impl Tracer {
         &mut self.serial[number]
     }
 
-    /// All that was noted; what goes on ends at `cycle`.
+    /// Ends the trace at `cycle`, and with it all open slices.
     pub fn finish(mut self, cycle: u64) -> Trace {
         if self.holder == Holder::Reset && self.starts_at < cycle {
             self.hold(self.starts_at, Holder::Start);
@@ -193,7 +193,8 @@ impl Tracer {
             self.interrupt_ends(cycle);
         }
         let mut interrupts = self.interrupts;
-        // Those that last longer first: an interrupt lies within the one that it interrupts.
+        // Of two with the same begin the longer one first: an interrupt lies within the one that it
+        // interrupts.
         interrupts.sort_by_key(|interrupt| (interrupt.begin, u64::MAX - interrupt.end));
         let names = &mut self.names;
         let tasks = self.tasks.into_iter().map(|task| TaskTrace {
@@ -227,7 +228,7 @@ impl Tracer {
             Watched::Register => {
                 return self.registers.push(RegisterWrite { cycle, address, value: cpu.data(address) });
             }
-            // Before the kernel runs its data are being laid there.
+            // Before the kernel runs, such a store only initialises its data.
             _ if self.is_starting() => return,
             Watched::Running => return self.switch(cpu, cycle),
             Watched::Queues => &mut self.queues_changed,
@@ -268,7 +269,7 @@ impl Tracer {
         task.states.turn(cycle, if has_cpu { Some(TaskState::Running) } else { task.otherwise.clone() });
     }
 
-    /// The innermost interrupt under way ends, if there is one: a task that was preempted goes on by the same
+    /// Ends the innermost interrupt under way. There may be none: a preempted task resumes by the same
     /// instruction as one that was only interrupted.
     fn interrupt_ends(&mut self, cycle: u64) {
         if let Some((what, begin)) = self.under_way.pop() {
@@ -276,7 +277,7 @@ impl Tracer {
         }
     }
 
-    /// Reads what the kernel keeps.
+    /// Reads the kernel's data.
     fn read(&mut self, cpu: Cpu) {
         if self.is_starting() {
             return;
@@ -300,7 +301,8 @@ impl Tracer {
         self.is_unread = false;
     }
 
-    /// The index of a task. One that is new is ready since `cycle`, and looked at from now on.
+    /// The index of a task. A new task is added, and its link is watched from now on; its first state begins
+    /// at `cycle`.
     fn index(&mut self, control_block: u16, cycle: u64) -> usize {
         if let Some(&index) = self.indices.get(&control_block) {
             return index;

@@ -1,6 +1,6 @@
-//! What lasts, one after the other.
+//! A sequence of states over time.
 
-/// Something that lasts.
+/// A state, or another thing that lasts, with its begin and end in cycles.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Slice<T> {
     pub begin: u64,
@@ -15,7 +15,7 @@ impl<T> Slice<T> {
     }
 }
 
-/// Slices one after the other, of which the last may go on.
+/// Slices one after the other. The last one may still be open.
 pub(super) struct Track<T> {
     slices: Vec<Slice<T>>,
     open: Option<(u64, T)>,
@@ -26,12 +26,12 @@ impl<T: PartialEq> Track<T> {
         Self { slices: Vec::new(), open: None }
     }
 
-    /// What goes on.
+    /// The state of the open slice.
     pub fn now(&self) -> Option<&T> {
         self.open.as_ref().map(|(_, what)| what)
     }
 
-    /// Goes on with `what` from `cycle` on, or from where the last slice began if that is later.
+    /// Changes to `what` at `cycle`, or at the begin of the open slice if that is later.
     pub fn turn(&mut self, cycle: u64, what: Option<T>) {
         if self.now() == what.as_ref() {
             return;

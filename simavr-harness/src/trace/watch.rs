@@ -1,4 +1,4 @@
-//! Which instructions and which bytes of SRAM are looked at.
+//! Selects the instructions and the registers that are watched.
 
 use instruction_set::Instruction::{self, *};
 use instruction_set::Step;
@@ -9,7 +9,7 @@ use crate::interpreter;
 use crate::joint_pins::{ICR1, JOINTS, PORTC, TCCR1A, TCCR1B};
 use crate::trace::NotTraceable;
 
-/// Each joint's compare register is that of one of the first two: the joint of a half, and the roll joint.
+/// The compare registers of the joints: that of the joint of each half, and that of the roll joint.
 const HALF: u16 = JOINTS[0].compare;
 const ROLL: u16 = JOINTS[1].compare;
 
@@ -17,7 +17,7 @@ const ROLL: u16 = JOINTS[1].compare;
 pub(super) const REGISTERS: [u16; 9] =
     [TCCR1A, TCCR1B, PORTC, ICR1, ICR1 + 1, HALF, HALF + 1, ROLL, ROLL + 1];
 
-/// What an instruction means to who looks on.
+/// The meaning of an instruction to the tracer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Meaning {
     Nothing,
@@ -28,13 +28,13 @@ pub(super) enum Meaning {
     /// It returns from an interrupt.
     Return,
     Sleep,
-    /// The kernel begins to save what an interrupt has left for another task.
+    /// The kernel begins to save the rest of a preempted task's context.
     Save,
     /// The kernel turns to the task that should run.
     Switch,
 }
 
-/// A program, by words of flash.
+/// A program and the meanings of its instructions, by words of flash.
 pub(super) struct Watch {
     program: Vec<Instruction>,
     meanings: Vec<Meaning>,
@@ -56,7 +56,7 @@ impl Watch {
             let Some(Place::Flash(address)) = image.symbol(name).map(|symbol| symbol.place) else {
                 return Err(NotTraceable(name));
             };
-            // A SLEEP there, or a store, is none of the kernel's labels: it would be overlooked.
+            // At the kernel's labels there is no instruction with a meaning of its own, which would be lost.
             match meanings.get_mut(address as usize / 2) {
                 Some(word) if *word == Meaning::Nothing => *word = meaning,
                 _ => return Err(NotTraceable(name)),
@@ -65,13 +65,13 @@ impl Watch {
         Ok(Self { program, meanings })
     }
 
-    /// What the instruction at a word means.
+    /// The meaning of the instruction at a word.
     #[inline(always)]
     pub fn meaning(&self, at: u32) -> Meaning {
         self.meanings.get(at as usize).copied().unwrap_or(Meaning::Nothing)
     }
 
-    /// Where the instruction at a word, the last that was executed, has stored.
+    /// The address to which the instruction at a word, the last that was executed, has stored.
     pub fn stored_at(&self, cpu: Cpu, at: u32) -> Option<u16> {
         let pair = |low: u8| u16::from_le_bytes([cpu.data(low.into()), cpu.data(u16::from(low) + 1)]);
         Some(match *self.program.get(at as usize)? {

@@ -1,4 +1,4 @@
-//! Builds the programs in `fixtures` with avr-gcc, and gives MCUs that run them.
+//! Builds the programs in `fixtures` with avr-gcc, and makes MCUs that run them.
 
 // Each test program includes this file and uses its own part of it.
 #![allow(dead_code)]

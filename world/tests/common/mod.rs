@@ -5,7 +5,7 @@ use glam::{DAffine3, DVec3};
 use plants::geometry::Dock;
 use world::{Face, Ground, Make, Placed, World};
 
-/// A straight module at so many mm.
+/// A straight module at a position in mm.
 pub fn at(x: f64, y: f64, z: f64) -> Placed {
     Placed { frame: DAffine3::from_translation(DVec3::new(x, y, z)), angles: [0.0; 3], make: Make::default() }
 }
@@ -20,7 +20,7 @@ pub fn chain(modules: usize) -> World {
     world
 }
 
-/// Lets time pass with the same volts at all motors.
+/// Runs the world with the same volts at the motors of all modules.
 pub fn run(world: &mut World, volts: [f64; 3], milliseconds: usize) {
     let volts = vec![volts; world.modules()];
     for _ in 0..milliseconds {

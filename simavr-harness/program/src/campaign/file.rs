@@ -1,14 +1,14 @@
-//! Campaigns from TOML files: options of `./x sim`, each with the values that it takes in turn.
+//! Reads campaigns from TOML files: options of `./x sim`, each with a list of values.
 
 use std::path::Path;
 
 use serde::Deserialize;
 use toml::Value;
 
-/// More runs than this would be a slip of the pen.
+/// The most runs of a campaign. More are taken for a mistake.
 const MOST_RUNS: usize = 100_000;
 
-/// A campaign file as it is written.
+/// The fields of a campaign file.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -21,7 +21,7 @@ struct File {
     seed: Option<Value>,
 }
 
-/// A shape by the numbers of modules that it has in turn.
+/// A shape, with a list of numbers of modules.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Sized {
@@ -40,11 +40,11 @@ struct Range {
 /// The arguments of one run of `superbot-sim sim`, or a part of them.
 pub type Line = Vec<String>;
 
-/// The arguments of all runs: all combinations of what the lists in `text` have, the seed changing fastest.
-/// Robot files are looked for from `directory` on.
+/// The arguments of all runs: all combinations of the values that `text` lists, with the seed changing
+/// fastest. Paths of robot files are relative to `directory`.
 ///
 /// # Errors
-/// The text is no TOML, has unknown fields, or something else than values and lists of them.
+/// The text is not TOML, has unknown fields, or has something other than values and lists of values.
 pub fn lines(text: &str, directory: &Path) -> Result<Vec<Line>, String> {
     let file: File = toml::from_str(text).map_err(|error| error.to_string().trim_end().to_owned())?;
     let mut options = Vec::new();
@@ -74,7 +74,7 @@ pub fn lines(text: &str, directory: &Path) -> Result<Vec<Line>, String> {
     Ok(product(options.into_iter().map(|(_, values)| values)))
 }
 
-/// All combinations of one of each of `options`, the last one changing fastest.
+/// All combinations of one value of each of `options`, with the last option changing fastest.
 fn product(options: impl Iterator<Item = Vec<Line>>) -> Vec<Line> {
     options.fold(vec![Line::new()], |lines, values| {
         let with = |line: Line| values.iter().map(move |value| [line.as_slice(), value.as_slice()].concat());
@@ -82,7 +82,7 @@ fn product(options: impl Iterator<Item = Vec<Line>>) -> Vec<Line> {
     })
 }
 
-/// The arguments that each value of a list stands for; a value alone is a list of one.
+/// The arguments for each value of a list. A single value is a list of one.
 fn each(
     name: &str,
     value: Value,
@@ -108,7 +108,7 @@ fn text(value: &Value) -> Result<String, String> {
     }
 }
 
-/// A text that the simulator does not take for one of its options.
+/// Refuses a text that the simulator would take for one of its options.
 fn no_option(text: &str) -> Result<String, String> {
     if text.starts_with('-') {
         return Err(format!("{text} would be an option: give a value, which does not begin with -"));
@@ -136,7 +136,7 @@ fn robots(value: Value, directory: &Path) -> Result<Vec<Line>, String> {
     many(modules).into_iter().map(sized).collect()
 }
 
-/// What varies in a run: nothing, one thing or several.
+/// The options `--vary` of a run: none, one or several.
 fn variations(value: Value) -> Result<Line, String> {
     let options: Result<Vec<_>, _> = many(value).iter().map(|value| option("vary", value)).collect();
     Ok(options?.concat())

@@ -1,4 +1,4 @@
-//! A campaign's directory: the list of jobs, and how engines for lists of jobs take it.
+//! A campaign's directory: the list of jobs, and the commands of the engines that can run it.
 
 use std::error::Error;
 use std::ffi::OsStr;
@@ -9,15 +9,15 @@ use super::super::json::is_same;
 use super::plan::{Plan, Planned};
 use super::text;
 
-/// The most tasks of an array that Slurm takes unless it is set up otherwise (MaxArraySize).
+/// The most tasks of an array that Slurm takes by default (MaxArraySize).
 const ARRAY: usize = 1000;
 
-/// What lies in a campaign's directory beside the results and the tables.
+/// The files in a campaign's directory other than the results and the tables.
 const LIST: &str = "jobs";
 const SLURM: &str = "slurm.sh";
 const PLAN: &str = "campaign.json";
 
-/// A list of jobs, and where it lies.
+/// A list of jobs, and its directory.
 pub struct Jobs {
     directory: PathBuf,
     list: String,
@@ -29,14 +29,14 @@ impl Jobs {
     /// The jobs of `plan`, whose results go to `directory`.
     ///
     /// # Errors
-    /// Its path, or another one in a job, is no text on one line.
+    /// The path of the directory, or another one in a job, is not Unicode or has more than one line.
     pub fn new(plan: &Plan, directory: &Path) -> Result<Self, Box<dyn Error>> {
         let directory = std::path::absolute(directory)?;
         let mut list = String::new();
         for run in &plan.runs {
             let job = line(run, &directory)?;
             if job.contains('\n') {
-                // A shell would take its pieces for commands.
+                // A shell would take its lines for separate commands.
                 return Err(format!("a job has one line, and this has a path with more: {job}").into());
             }
             writeln!(list, "{job}")?;
@@ -45,10 +45,10 @@ impl Jobs {
         Ok(Jobs { directory, list, plan: plan_text, number: plan.runs.len() })
     }
 
-    /// Writes all but the results, and not over the campaign's `file`.
+    /// Writes all files but the results. None of them overwrites the campaign's `file`.
     ///
     /// # Errors
-    /// It can't be written, or would be written there.
+    /// A file can't be written, or would overwrite the campaign's.
     pub fn write(&self, file: &Path) -> Result<(), Box<dyn Error>> {
         let slurm = self.slurm()?;
         let files = [
@@ -69,8 +69,9 @@ impl Jobs {
         files.iter().try_for_each(|(path, content)| super::write(path, content))
     }
 
-    /// How GNU parallel runs the list, or goes on with it; `at_once` so many jobs, or one for each core. Its
-    /// record of jobs is not used: by that a run would count as done whose result was removed.
+    /// The command by which GNU parallel runs the list, or continues it, with `at_once` jobs at a time or one
+    /// for each core. Its record of jobs is not used: a run would count there as done even after its result
+    /// was removed.
     pub fn parallel(&self, at_once: Option<usize>) -> Result<Vec<String>, Box<dyn Error>> {
         let mut command: Vec<String> = ["parallel", "--bar"].map(Into::into).into();
         if let Some(at_once) = at_once {
@@ -80,7 +81,7 @@ impl Jobs {
         Ok(command)
     }
 
-    /// Likewise xargs, which every Linux has.
+    /// The same for xargs, which every Linux has.
     pub fn xargs(&self, at_once: Option<usize>) -> Result<Vec<String>, Box<dyn Error>> {
         let at_once = at_once.unwrap_or_else(super::super::arguments::cores);
         let mut command: Vec<String> =
@@ -90,7 +91,7 @@ impl Jobs {
         Ok(command)
     }
 
-    /// What to do next.
+    /// Advice on what to do next.
     pub fn advice(&self, at_once: Option<usize>) -> Result<String, Box<dyn Error>> {
         let shell = |command: Vec<String>| shlex::try_join(command.iter().map(String::as_str));
         Ok(format!(
@@ -102,8 +103,8 @@ impl Jobs {
         ))
     }
 
-    /// Tasks of an array take turns at the lines: each the one of its number, and from there on every
-    /// one that is as many lines away as there are tasks.
+    /// A script for Slurm. The tasks of its array take the lines in turn: each begins at the line of its
+    /// number, and advances by the number of tasks.
     fn slurm(&self) -> Result<String, Box<dyn Error>> {
         let last = self.number.min(ARRAY);
         let list = text(&self.list_path())?;
@@ -123,23 +124,23 @@ impl Jobs {
     }
 }
 
-/// Where a campaign's results are.
+/// The directory of a campaign's results.
 pub fn results(directory: &Path) -> PathBuf {
     directory.join("runs")
 }
 
-/// Where what a campaign runs is kept.
+/// The file that keeps a campaign's plan.
 pub fn plan_path(directory: &Path) -> PathBuf {
     directory.join(PLAN)
 }
 
-/// Whether a file of this name in a campaign's directory is the campaign's own, and no table.
+/// Whether a file of this name in a campaign's directory is the campaign's own, other than a table.
 pub fn is_own(name: &OsStr) -> bool {
     [LIST, SLURM, PLAN].map(OsStr::new).contains(&name)
 }
 
-/// A job as a line for a shell. It is done once its result is there, however often it is run. It fails as the
-/// run does, of which the exit status is kept then; that of a run before is not.
+/// A job as a line for a shell. Once its result exists the job does nothing, however often it is run. It
+/// fails if the run fails, and then keeps the run's exit status in place of that of an earlier run.
 fn line(run: &Planned, directory: &Path) -> Result<String, Box<dyn Error>> {
     let file = |end: &str| {
         let path = text(&results(directory).join(format!("{}.{end}", run.key)))?;

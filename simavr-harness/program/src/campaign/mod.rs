@@ -1,4 +1,4 @@
-//! `./x campaign`: many runs as a list of jobs, and `./x report`: what came of them.
+//! `./x campaign` writes many runs as a list of jobs, and `./x report` reports their results.
 
 mod file;
 mod jobs;
@@ -25,8 +25,8 @@ use results::Outcome;
 pub use options::{Campaign, CampaignReport};
 pub use report::run as report;
 
-/// Writes what there is to run, and says how to run it, or does. Returns whether all robots did as they
-/// should, where they were run.
+/// Writes the list of jobs, and either says how to run it or runs it. Returns `false` if it was run, and a
+/// run is not done or has failed.
 pub fn run(options: &Campaign) -> Result<bool, Box<dyn Error>> {
     let plan = Plan::of_file(&options.file, &options.images)?;
     let jobs = Jobs::new(&plan, &options.directory)?;
@@ -53,7 +53,7 @@ fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Box<dyn Error>> {
     Destination::file(path, None, "DIR")?.write_bytes(content.as_ref())
 }
 
-/// A path as a job has it.
+/// A path as text, for a job.
 fn text(path: &Path) -> Result<String, Box<dyn Error>> {
     Ok(path.to_str().ok_or_else(|| format!("{} is no text: give it another name", path.display()))?.into())
 }

@@ -1,4 +1,4 @@
-//! A table as Parquet, whose columns know their types.
+//! Writes a table as Parquet, whose columns have types.
 
 use std::error::Error;
 use std::sync::Arc;
@@ -12,25 +12,25 @@ use serde_json::Value;
 
 use super::results::{Row, cell};
 
-/// What a column holds. Of the first kind that fits all its values; where it has none, of numbers but for
+/// The type of a column: the first kind that fits all its values. A column without values has numbers, except
 /// [`CORE`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Kind {
     Truth,
     Whole,
-    /// Whole numbers from 0 to 2^64 - 1, as seeds are.
+    /// Whole numbers from 0 to 2^64 - 1, such as seeds.
     Unsigned,
     Number,
     Text,
 }
 
-/// The one column of words that has no value in whole campaigns: those of the native engine.
+/// The one column of words that has no value in the campaigns of the native engine.
 const CORE: &str = "core";
 
-/// `rows` as Parquet: no value where one is missing.
+/// `rows` as Parquet. A missing value is null.
 ///
 /// # Errors
-/// None that memory could have.
+/// None: writing to memory does not fail.
 pub fn parquet(columns: &[String], rows: &[Row]) -> Result<Vec<u8>, Box<dyn Error>> {
     let kinds: Vec<Kind> = columns.iter().map(|column| kind(rows, column)).collect();
     let fields = columns.iter().zip(&kinds).map(|(column, kind)| field(column, *kind));
@@ -45,7 +45,7 @@ pub fn parquet(columns: &[String], rows: &[Row]) -> Result<Vec<u8>, Box<dyn Erro
         match kind {
             Kind::Truth => put::<BoolType>(&mut to, values().map(|value| value?.as_bool()))?,
             Kind::Whole => put::<Int64Type>(&mut to, values().map(|value| value?.as_i64()))?,
-            // The same 64 bits, of which the column's type says what they mean.
+            // The same 64 bits; the column's logical type makes them unsigned.
             Kind::Unsigned => put::<Int64Type>(&mut to, values().map(|value| Some(value?.as_u64()? as i64)))?,
             Kind::Number => put::<DoubleType>(&mut to, values().map(|value| value?.as_f64()))?,
             Kind::Text => {
@@ -62,7 +62,7 @@ pub fn parquet(columns: &[String], rows: &[Row]) -> Result<Vec<u8>, Box<dyn Erro
 fn kind(rows: &[Row], column: &str) -> Kind {
     let values = || rows.iter().filter_map(|row| row.get(column)).filter(|value| !value.is_null());
     if values().next().is_none() {
-        // The type that it has in other campaigns, so that tables of several fit together.
+        // The type of the column in other campaigns, so that the tables of several campaigns fit together.
         if column == CORE { Kind::Text } else { Kind::Number }
     } else if values().all(Value::is_boolean) {
         Kind::Truth
@@ -89,7 +89,7 @@ fn field(name: &str, kind: Kind) -> Result<TypePtr, Box<dyn Error>> {
     Ok(Arc::new(builder.with_logical_type(logical).build()?))
 }
 
-/// Writes a column; `None` is a value that is missing.
+/// Writes a column. `None` is a missing value.
 fn put<T: DataType>(
     to: &mut SerializedColumnWriter<'_>,
     values: impl Iterator<Item = Option<T::T>>,

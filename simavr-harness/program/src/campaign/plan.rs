@@ -1,4 +1,4 @@
-//! What a campaign runs: each run with its name, its parameters and its command.
+//! The runs of a campaign, each with its name, its parameters and its command.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -12,29 +12,29 @@ use super::super::arguments::{Arguments, Command, EngineName, Sim, Source};
 use super::super::sim;
 use super::file::{self, Line};
 
-/// The most bytes of a key: a file's name has up to 255, and ends after the key.
+/// The most bytes of a key. A file's name has up to 255 bytes, and has an extension after the key.
 const LONGEST_KEY: usize = 240;
 
-/// How many bytes of a key stay readable where a hash tells it from others.
+/// The bytes of a key that stay readable if a hash distinguishes it from others.
 const STEM: usize = 160;
 
-/// All runs of a campaign, in the order in which they are listed.
+/// All runs of a campaign, in the order of the list.
 #[derive(Serialize, Deserialize)]
 pub struct Plan {
     pub runs: Vec<Planned>,
 }
 
-/// A run that is to be made.
+/// A planned run.
 #[derive(Serialize, Deserialize)]
 pub struct Planned {
-    /// Its name, which follows from its parameters, so that it keeps it where the campaign grows.
+    /// Its name. It follows from the parameters, so it stays the same when the campaign grows.
     pub key: String,
     /// The program and its arguments.
     pub command: Line,
     pub parameters: Parameters,
 }
 
-/// What a run differs by from the others, each as `./x sim` understands it, also where it is not said.
+/// The parameters by which runs differ, each with the value that `./x sim` uses, including defaults.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct Parameters {
     pub robot: String,
@@ -43,16 +43,16 @@ pub struct Parameters {
     pub world: String,
     pub seconds: f64,
     pub loss: f64,
-    /// What varies from module to module, separated by blanks.
+    /// The variations from module to module, separated by blanks.
     pub vary: String,
     pub seed: u64,
 }
 
 impl Plan {
-    /// The runs that a campaign file asks for, by the images in `images` where they take some.
+    /// The runs that a campaign file asks for. Those in simavr take the images in `images`.
     ///
     /// # Errors
-    /// The file can't be read, is no campaign, or has a run that `./x sim` would refuse.
+    /// The file can't be read, is not a campaign, or has a run that `./x sim` would refuse.
     pub fn of_file(path: &Path, images: &Path) -> Result<Self, Box<dyn Error>> {
         let text = super::read(path)?;
         let directory = path.parent().unwrap_or(Path::new(""));
@@ -71,7 +71,7 @@ impl Plan {
         let mut built = BTreeSet::new();
         for line in lines {
             let options = Sim { images: images.into(), ..parse(&line)? };
-            // Seeds change nothing about what goes together, nor about the number of modules.
+            // The seed affects neither the checks nor the number of modules.
             let rest = without_seed(&line);
             let modules = match checked.take() {
                 Some((before, modules)) if before == rest => modules,
@@ -87,7 +87,7 @@ impl Plan {
             }
             let mut command = vec![super::text(program)?, "sim".into()];
             command.extend(line);
-            // As many runs at once as there are cores are done sooner than one run on all of them.
+            // One run on each core at a time takes less time than one run after the other on all cores.
             command.extend(["--threads", "1"].map(String::from));
             if matches!(options.engine, EngineName::Simavr) {
                 command.extend(["--images".into(), super::text(images)?]);
@@ -107,7 +107,7 @@ fn parse(line: &Line) -> Result<Sim, Box<dyn Error>> {
     match Arguments::try_parse_from(arguments) {
         Ok(Arguments { command: Command::Sim(options) }) => Ok(options),
         Ok(_) => Err("a campaign runs robots".into()),
-        // What it says of the program's usage would be about another command.
+        // The rest of the message is about the usage of another command.
         Err(error) => {
             let text = error.to_string();
             let text = text.split("\n\n").next().unwrap_or_default();
@@ -116,8 +116,8 @@ fn parse(line: &Line) -> Result<Sim, Box<dyn Error>> {
     }
 }
 
-/// Returns how many modules there are. `built` are the robot files that were tried before, each by its path
-/// and whether in simavr.
+/// Checks a run, and returns the number of its modules. `built` has the robot files that were checked before:
+/// each path, and whether for simavr.
 fn check(options: &Sim, built: &mut BTreeSet<(PathBuf, bool)>) -> Result<usize, Box<dyn Error>> {
     let scenario = sim::scenario(options)?;
     sim::check(options, &scenario)?;
@@ -149,7 +149,7 @@ impl Parameters {
         }
     }
 
-    /// The name of a file for this run, which no other run has.
+    /// The name of this run's files, which no other run has.
     fn key(&self) -> String {
         let Parameters { robot, modules, engine, world, seconds, loss, vary, seed } = self;
         let vary = if vary.is_empty() { String::new() } else { format!(".{vary}") };
@@ -157,7 +157,7 @@ impl Parameters {
         let plain =
             |letter: char| if letter.is_alphanumeric() || ".-".contains(letter) { letter } else { '_' };
         let mut key: String = robot.chars().chain(rest.chars()).map(plain).collect();
-        // Of the rest only the marks between names and numbers are replaced, which makes no two runs alike.
+        // In `rest` only marks between names and numbers are replaced, so no two runs become alike.
         if key.starts_with(robot) && key.len() <= LONGEST_KEY {
             return key;
         }
@@ -169,7 +169,7 @@ impl Parameters {
     }
 }
 
-/// A robot file from the directory in which the program runs, where it lies there.
+/// The path of a robot file, relative to the current directory if the file is below it.
 fn shown(path: &Path) -> String {
     let here =
         std::env::current_dir().and_then(|here| here.canonicalize()).unwrap_or_else(|_| PathBuf::new());

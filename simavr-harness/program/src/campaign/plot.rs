@@ -1,4 +1,4 @@
-//! A figure of a campaign against a parameter, as a plot.
+//! Plots a figure of a campaign against a parameter.
 
 use std::error::Error;
 
@@ -9,14 +9,14 @@ use super::statistics::{mean, wilson};
 use super::summary::{numbers, parameters};
 use crate::chart::{Chart, Curve, Point};
 
-/// The figure that is no run's, but of many: how many of 100 failed.
+/// The figure that is not one of a single run, but of many: how many of 100 failed.
 const FAILED: &str = "failed";
 
-/// Runs by the values of a parameter.
+/// Runs, grouped by the values of a parameter.
 type Along = Vec<(f64, Vec<Row>)>;
 
-/// What is to be plotted of `outcomes`: a curve of runs that differ by their seeds and the parameter only, of
-/// means with the ends of their intervals.
+/// The curves for `outcomes`. A curve has the runs that differ only by their seeds and the parameter, and its
+/// points are means with the ends of their intervals.
 ///
 /// # Errors
 /// The parameter has no numbers, or no run has a number by the figure's name.
@@ -62,7 +62,7 @@ pub fn curves(outcomes: &[Outcome], figure: &str, against: &str) -> Result<Vec<C
     Ok(curves.filter(|curve| !curve.points.is_empty()).collect())
 }
 
-/// What each of `groups` has that not all have.
+/// For each of `groups`, the parameters that are not the same in all of them.
 fn labels(groups: Vec<&Row>) -> Vec<String> {
     let varies = |name: &str| groups.iter().any(|group| group.get(name) != groups[0].get(name));
     let label = |group: &&Row| {
@@ -86,10 +86,10 @@ fn point(x: f64, rows: &[Row], figure: &str) -> Option<Point> {
     Some(Point { x, y: mean.mean, low: mean.mean - margin, high: mean.mean + margin })
 }
 
-/// The plot as SVG, light or dark as the page is that shows it.
+/// The plot as SVG, light or dark like the page that shows it.
 ///
 /// # Errors
-/// No run is done yet, or it can't be drawn.
+/// No run is done yet, or the plot can't be drawn.
 pub fn plot(curves: &[Curve], figure: &str, against: &str) -> Result<String, Box<dyn Error>> {
     if curves.is_empty() {
         return Err("no run is done yet: there is nothing to plot".into());

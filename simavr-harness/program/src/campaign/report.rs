@@ -1,4 +1,4 @@
-//! `./x report`: tables of what came of a campaign's runs, and plots.
+//! `./x report`: tables of the results of a campaign's runs, and plots.
 
 use std::error::Error;
 use std::ffi::OsStr;
@@ -15,15 +15,15 @@ use super::plot;
 use super::results::{self, Outcome, Row};
 use super::summary::Summary;
 
-/// Runs that failed are told up to this number; all are in the table.
+/// The most failed runs that are printed; all are in the table.
 const MOST_FAILURES: usize = 20;
 
-/// What is written to the campaign's directory.
+/// The files that are written to the campaign's directory.
 const RUNS: &str = "runs.csv";
 const TYPED_RUNS: &str = "runs.parquet";
 const SUMMARY: &str = "summary.csv";
 
-/// Of what a run did wrong so many lines are told.
+/// The most lines that are printed about the faults of a run.
 const MOST_FAULTS: usize = 3;
 
 /// Writes the tables, and prints the summary.
@@ -56,7 +56,7 @@ pub fn run(options: &CampaignReport) -> Result<(), Box<dyn Error>> {
     print(failures(&outcomes)?)
 }
 
-/// Makes sure that a plot is neither written over what the campaign has nor overwritten by a table.
+/// Makes sure that a plot neither overwrites a file of the campaign nor is overwritten by a table.
 fn expect_no_other(svg: &Path, directory: &Path) -> Result<(), String> {
     let folder = svg.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let is_table = |name: &OsStr| [RUNS, TYPED_RUNS, SUMMARY].map(OsStr::new).contains(&name);
@@ -67,7 +67,7 @@ fn expect_no_other(svg: &Path, directory: &Path) -> Result<(), String> {
     Ok(())
 }
 
-/// The runs that failed, each with the command that runs it again, and how many are to come.
+/// The runs that failed, each with the command that repeats it, and the number of runs that are still to run.
 fn failures(outcomes: &[Outcome]) -> Result<String, Box<dyn Error>> {
     let mut text = String::new();
     let failed: Vec<_> = outcomes.iter().filter(|outcome| outcome.has_failed()).collect();

@@ -1,4 +1,4 @@
-//! What came of a campaign's runs, each as a row of named figures.
+//! The results of a campaign's runs, each as a row of named figures.
 
 use std::collections::BTreeSet;
 use std::error::Error;
@@ -10,30 +10,30 @@ use serde_json::{Map, Value};
 use super::jobs;
 use super::plan::{Plan, Planned};
 
-/// A figure by its name, in the order in which a report has them.
+/// Figures by their names, in the order of a report.
 pub type Row = Map<String, Value>;
 
-/// A run and what came of it.
+/// A run and its result.
 pub struct Outcome<'a> {
     pub run: &'a Planned,
-    /// Its report, unless there is none.
+    /// Its report, if there is one.
     report: Option<Row>,
-    /// The exit status: 0, 1 for a robot that did not as it should, or what the shell saw of a run without
-    /// a report. `None` for one that was not run, or not to its end.
+    /// The exit status: 0; 1 for a robot with faults; or, for a run without a report, the status that the
+    /// shell saw. `None` for a run that was not run, or not to its end.
     pub status: Option<i64>,
     /// Why it failed, a line each.
     pub faults: Vec<String>,
 }
 
-/// What came of each run of `plan` so far, in its order.
+/// The results of the runs of `plan` so far, in the order of the plan.
 ///
 /// # Errors
-/// A report is none.
+/// A report can't be read, or is not one.
 pub fn read<'a>(directory: &Path, plan: &'a Plan) -> Result<Vec<Outcome<'a>>, Box<dyn Error>> {
     let results = jobs::results(directory);
     let mut outcomes: Vec<_> =
         plan.runs.iter().map(|run| Outcome::read(run, &results)).collect::<Result<_, _>>()?;
-    // A type that a run does not tell of has no modules there.
+    // A type that a report does not list has no modules in that run.
     let types: BTreeSet<String> =
         outcomes.iter_mut().flat_map(Outcome::types).flat_map(|it| it.keys().cloned()).collect();
     for known in outcomes.iter_mut().flat_map(Outcome::types) {
@@ -50,7 +50,8 @@ impl<'a> Outcome<'a> {
         let path = file("json");
         if !path.exists() {
             let status = fs::read_to_string(file("status")).ok().and_then(|text| text.trim().parse().ok());
-            // By 1 a run ends that leaves a report: where that was removed it is still to be made again.
+            // A run that ends with 1 leaves a report. If the report was removed, the run is still to be
+            // repeated.
             let status = status.filter(|&status| status != 1);
             let said = fs::read(file("err")).unwrap_or_default();
             let said = String::from_utf8_lossy(&said);
@@ -79,10 +80,10 @@ impl<'a> Outcome<'a> {
         self.status.is_some_and(|status| status != 0)
     }
 
-    /// All that is known of it: its name, its parameters, its exit status and the figures of its report.
+    /// All that is known of the run: its name, its parameters, its exit status and the figures of its report.
     ///
     /// # Errors
-    /// None that parameters could have.
+    /// None: parameters can always be converted.
     pub fn row(&self) -> Result<Row, Box<dyn Error>> {
         let mut row = Row::new();
         row.insert("run".into(), self.run.key.clone().into());
@@ -92,7 +93,7 @@ impl<'a> Outcome<'a> {
             let mut figures = Row::new();
             flatten("", &Value::Object(report.clone()), &mut figures);
             for (name, value) in figures {
-                // What the report repeats of the parameters stands there already.
+                // Parameters that the report repeats are in the row already.
                 row.entry(name).or_insert(value);
             }
         }
@@ -100,8 +101,8 @@ impl<'a> Outcome<'a> {
     }
 }
 
-/// Puts what `value` consists of into `row`: fields of an object by `name.field`; of a list its texts, or how
-/// many there are of what is more than a text.
+/// Puts the parts of `value` into `row`: fields of an object by `name.field`, the list of faults as a text,
+/// and any other list as the number of its elements.
 fn flatten(name: &str, value: &Value, row: &mut Row) {
     match value {
         Value::Object(fields) => {
@@ -124,8 +125,8 @@ fn flatten(name: &str, value: &Value, row: &mut Row) {
     }
 }
 
-/// The names in any of `rows`, those of a first row first. A name whose value is missing throughout is left
-/// out where other rows have fields of it.
+/// The names in any of `rows`, in the order of their first occurrence. A name without a value in any row is
+/// left out if some row has fields of it.
 pub fn columns(rows: &[Row]) -> Vec<String> {
     let mut columns: Map<String, Value> = Map::new();
     for (name, value) in rows.iter().flatten() {
@@ -137,12 +138,12 @@ pub fn columns(rows: &[Row]) -> Vec<String> {
     kept.map(|(name, _)| name.clone()).collect()
 }
 
-/// A value as a cell of a table: nothing for one that is missing.
+/// A value as a cell of a table. A missing value gives an empty cell.
 pub fn cell(value: Option<&Value>) -> String {
     match value {
         None | Some(Value::Null) => String::new(),
         Some(Value::String(text)) => text.clone(),
-        // 60 s are no more exact as 60.0.
+        // 60.0 is written as 60.
         Some(Value::Number(number)) if number.is_f64() => number.as_f64().unwrap_or_default().to_string(),
         Some(value) => value.to_string(),
     }
@@ -151,7 +152,7 @@ pub fn cell(value: Option<&Value>) -> String {
 /// `rows` as CSV (RFC 4180).
 ///
 /// # Errors
-/// None that memory could have.
+/// None: writing to memory does not fail.
 pub fn csv(columns: &[String], rows: &[Row]) -> Result<String, Box<dyn Error>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(columns)?;

@@ -10,11 +10,11 @@ use super::jobs::Jobs;
 /// Runs all jobs that have no result yet, `at_once` at a time, by GNU parallel or else by xargs.
 ///
 /// # Errors
-/// There is neither, or it was ended by a signal.
+/// Neither of them is installed, or a signal ended it.
 pub fn start(jobs: &Jobs, at_once: Option<usize>) -> Result<(), Box<dyn Error>> {
     let command = if has_parallel() {
         let mut command = jobs.parallel(at_once)?;
-        // Its progress is for terminals.
+        // The progress bar is for terminals only.
         command.retain(|argument| argument != "--bar" || std::io::stderr().is_terminal());
         command
     } else {
@@ -25,14 +25,14 @@ pub fn start(jobs: &Jobs, at_once: Option<usize>) -> Result<(), Box<dyn Error>> 
     };
     let status = Command::new(&command[0]).args(&command[1..]).status();
     let status = status.map_err(|error| format!("can't run {}: {error}", command[0]))?;
-    // Other statuses count jobs that failed, which their results tell of, too.
+    // An exit status other than 0 only tells that jobs failed, as their results do.
     match status.code() {
         Some(_) => Ok(()),
         None => Err(format!("{} was ended: run the same command again to go on", command[0]).into()),
     }
 }
 
-/// Of two programs of this name only GNU's says so.
+/// There are two programs of this name; only GNU's names itself so.
 fn has_parallel() -> bool {
     let version =
         Command::new("parallel").arg("--version").stdin(Stdio::null()).stderr(Stdio::null()).output();

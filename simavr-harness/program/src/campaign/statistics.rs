@@ -1,4 +1,4 @@
-//! What a sample says of what it was drawn from: intervals of 95 % confidence.
+//! Intervals of 95 % confidence, from samples.
 
 use serde::Serialize;
 use statrs::distribution::{ContinuousCDF, StudentsT};
@@ -6,17 +6,17 @@ use statrs::distribution::{ContinuousCDF, StudentsT};
 /// The normal distribution's quantile at 0.975.
 const Z: f64 = 1.959_963_984_540_054;
 
-/// A mean, and what is known of the true one.
+/// A mean, with its confidence interval.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Mean {
-    /// Of so many values.
+    /// The number of values.
     pub number: usize,
     pub mean: f64,
-    /// By how much the interval reaches to either side; `None` for a single value.
+    /// Half the width of the interval; `None` for a single value.
     pub margin: Option<f64>,
 }
 
-/// The mean of `values` with the t-interval. `None` where there are none.
+/// The mean of `values` with the t-interval; `None` without values.
 pub fn mean(values: &[f64]) -> Option<Mean> {
     let number = values.len();
     if number == 0 {
@@ -31,8 +31,8 @@ pub fn mean(values: &[f64]) -> Option<Mean> {
     Some(Mean { number, mean, margin })
 }
 
-/// The Wilson interval for the probability of what came about in `some` cases of `all`; from 0 to 1 where
-/// there is no case.
+/// The Wilson interval for the probability of an event that occurred in `some` of `all` cases; from 0 to 1
+/// without any case.
 pub fn wilson(some: usize, all: usize) -> [f64; 2] {
     if all == 0 {
         return [0.0, 1.0];
@@ -41,7 +41,7 @@ pub fn wilson(some: usize, all: usize) -> [f64; 2] {
     let scale = 1.0 + Z * Z / number;
     let centre = (part + Z * Z / (2.0 * number)) / scale;
     let margin = Z / scale * (part * (1.0 - part) / number + Z * Z / (4.0 * number * number)).sqrt();
-    // At the ends the two are equal but for rounding.
+    // At the ends, centre and margin would give 0 and 1 except for rounding.
     let low = if some == 0 { 0.0 } else { centre - margin };
     let high = if some == all { 1.0 } else { centre + margin };
     [low, high]

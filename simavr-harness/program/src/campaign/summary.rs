@@ -1,4 +1,4 @@
-//! A campaign's runs by what they have in common: all parameters but the seed.
+//! Summarises a campaign's runs by all parameters but the seed.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -9,7 +9,7 @@ use serde_json::Value;
 use super::results::{self, Outcome, Row, cell};
 use super::statistics::{Mean, mean, wilson};
 
-/// The figures that a summary tells, each with what the table calls it and its decimals there.
+/// The figures of a summary: name in a report, heading in the table, and decimals in the table.
 const FIGURES: [(&str, &str, usize); 4] = [
     ("hop_latency_us.mean", "hop, µs", 0),
     ("discovery_ms_max", "discovery, ms", 1),
@@ -21,7 +21,7 @@ const FIGURES: [(&str, &str, usize); 4] = [
 pub struct Combination {
     parameters: Row,
     runs: usize,
-    /// Those that have a report, and of these the ones in which the robot did not as it should.
+    /// The runs that have a report, and of these the runs with faults.
     done: usize,
     failed: usize,
     figures: Vec<Option<Mean>>,
@@ -32,7 +32,7 @@ pub struct Summary(Vec<Combination>);
 
 impl Summary {
     /// # Errors
-    /// None that parameters could have.
+    /// None: parameters can always be converted.
     pub fn of(outcomes: &[Outcome]) -> Result<Self, Box<dyn Error>> {
         let mut groups: Vec<(Row, Vec<&Outcome>)> = Vec::new();
         let mut group_of = HashMap::new();
@@ -62,7 +62,7 @@ impl Summary {
     /// A row for each combination.
     ///
     /// # Errors
-    /// None that memory could have.
+    /// None: writing to memory does not fail.
     pub fn csv(&self) -> Result<String, Box<dyn Error>> {
         let rows: Vec<Row> = self.0.iter().map(Combination::row).collect();
         results::csv(&results::columns(&rows), &rows)
@@ -79,7 +79,7 @@ impl Summary {
     }
 }
 
-/// The parameters of a run but its seed.
+/// The parameters of a run without its seed.
 pub fn parameters(outcome: &Outcome) -> Result<Row, Box<dyn Error>> {
     let mut parameters = match serde_json::to_value(&outcome.run.parameters)? {
         Value::Object(parameters) => parameters,
@@ -89,7 +89,7 @@ pub fn parameters(outcome: &Outcome) -> Result<Row, Box<dyn Error>> {
     Ok(parameters)
 }
 
-/// The values of the figure in those of `rows` that have it.
+/// The values of a figure in the rows that have it.
 pub fn numbers(rows: &[Row], name: &str) -> Vec<f64> {
     rows.iter().filter_map(|row| row.get(name)?.as_f64()).collect()
 }

@@ -1,9 +1,9 @@
-//! The AVR as gdb knows it.
+//! The AVR architecture as gdb knows it.
 
 use gdbstub::arch::Arch;
 use simavr_harness::Registers;
 
-/// gdb has one address space: flash from 0, the data space from here on.
+/// gdb has one address space: flash begins at 0, the data space here.
 pub const DATA: u32 = 0x80_0000;
 
 pub enum Avr {}

@@ -1,5 +1,5 @@
-//! The way back. Now and then the process that runs the robot leaves a copy of itself, which sleeps. To go
-//! back to a moment, the last copy from before that is woken, and runs up to it: what happens is the same
+//! Goes back in time. Now and then the process that runs the robot forks a copy of itself, which sleeps. To
+//! go back to a moment, the last copy from before it is woken, and runs up to that moment: a run is the same
 //! each time.
 
 use std::os::unix::net::UnixStream;
@@ -11,20 +11,21 @@ use super::order::{Line, Points};
 use super::process::{self, Fork};
 use super::worker::Goal;
 
-/// So often one is left, in cycles: 100 ms.
+/// The interval between two copies, in cycles: 100 ms.
 const EVERY: u64 = 100 * MILLISECOND;
 
-/// Not more often where it is known how far the run goes: there they come the closer the nearer its end is.
+/// The shortest interval between two copies in a run whose end is known: there the interval shrinks towards
+/// the end.
 const CLOSEST: u64 = MILLISECOND;
 
-/// So many are kept.
+/// The most copies that are kept.
 const MOST: usize = 32;
 
 /// The copies that sleep, the oldest first.
 #[derive(Default)]
 pub struct History {
     copies: Vec<Copy>,
-    /// When the next one is due.
+    /// The cycle at which the next copy is due.
     next: u64,
 }
 
@@ -34,12 +35,12 @@ struct Copy {
     waker: UnixStream,
 }
 
-/// What a process is woken with.
+/// The message that wakes a process.
 #[derive(Serialize, Deserialize)]
 pub struct Wake {
     pub goal: Goal,
     pub points: Points,
-    /// The cycles of the copies before it that are still there.
+    /// The cycles of the copies that still exist: the woken one and those before it.
     copies: Vec<u64>,
 }
 
@@ -48,7 +49,7 @@ impl History {
         cycle >= self.next
     }
 
-    /// Says when the next copy is due in a run from `cycle` that is known to go up to `until`, or not.
+    /// Plans the next copy in a run from `cycle` that ends at `until`, if that is known.
     pub fn plan(&mut self, cycle: u64, until: Option<u64>) {
         self.next = match until.map(|until| until.saturating_sub(cycle)) {
             None => self.copies.last().map_or(cycle, |last| (last.cycle + EVERY).max(cycle)),
@@ -57,9 +58,9 @@ impl History {
         };
     }
 
-    /// Leaves a copy of this process, at `cycle`. It returns in this process, with nothing, and in the copy
-    /// when that is woken, with the reason; another copy has then been left in its place. `server` is what
-    /// ends all.
+    /// Leaves a copy of this process, at `cycle`. Returns `None` in this process. Returns the message in the
+    /// copy once that is woken; it has then left another copy in its place. All processes end with the
+    /// connection to `server`.
     pub fn leave_copy(&mut self, cycle: u64, server: &Line) -> Option<Wake> {
         let Ok((sleeper, waker)) = UnixStream::pair() else { return None };
         self.copies.push(Copy { cycle, waker });
@@ -69,7 +70,7 @@ impl History {
                 Ok(Fork::Original) => break,
                 Ok(Fork::Copy) => wake = Some(self.sleep(&sleeper, server)),
                 Err(_) => {
-                    // There are as many as there can be.
+                    // The system allows no more processes.
                     self.copies.pop();
                     break;
                 }
@@ -90,7 +91,7 @@ impl History {
         wake
     }
 
-    /// Of too many one goes: the older, the farther apart they stay.
+    /// Ends one copy if there are too many. The older copies are, the farther apart they are kept.
     fn thin_out(&mut self, now: u64) {
         if self.copies.len() <= MOST {
             return;
@@ -110,7 +111,7 @@ impl History {
         self.copies.iter().rposition(|copy| copy.cycle < cycle)
     }
 
-    /// How many copies there are.
+    /// The number of copies.
     pub fn len(&self) -> usize {
         self.copies.len()
     }
@@ -119,7 +120,7 @@ impl History {
         self.copies[number].cycle
     }
 
-    /// Hands over to the copy of this number; those behind it end.
+    /// Wakes the copy of this number in place of this process, and ends the copies after it.
     pub fn wake(&mut self, number: usize, goal: Goal, points: Points) -> ! {
         self.copies.drain(number + 1..).for_each(Copy::end);
         let copies = self.copies.iter().map(|copy| copy.cycle).collect();
@@ -130,7 +131,7 @@ impl History {
         process::leave()
     }
 
-    /// There is no way back to before now.
+    /// Ends all copies, so that nothing leads back to before now.
     pub fn forget(&mut self) {
         self.copies.drain(..).for_each(Copy::end);
         self.next = 0;
@@ -139,7 +140,7 @@ impl History {
 
 impl Copy {
     fn end(self) {
-        // Where it is gone already nobody hears it.
+        // The copy may be gone already.
         let _ = Line::new(self.waker).send(&None::<Wake>);
     }
 }

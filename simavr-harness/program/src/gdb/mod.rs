@@ -1,10 +1,10 @@
-//! `./x gdb`: gdb on one MCU of a robot that runs. The whole robot stops while gdb has the word.
+//! `./x gdb`: gdb on one MCU of a running robot. The whole robot stops while gdb has control.
 //!
 //! - `server`: speaks with gdb, which this process has started.
-//! - `target`: the MCU that has stopped, as gdb asks for it.
-//! - `worker`: runs the robot, in another process, and holds it up before instructions of the MCU.
+//! - `target`: the stopped MCU, as a target for gdb.
+//! - `worker`: runs the robot, in another process, and stops it before instructions of the MCU.
 //! - `history`: copies of that process, from which the robot runs again to go back.
-//! - `order`: what server and worker tell each other.
+//! - `order`: the messages between server and worker.
 
 mod avr;
 mod history;
@@ -36,7 +36,7 @@ use order::{Line, Report};
 use process::Fork;
 use worker::Shared;
 
-/// What gdb is taught: `info tasks`, and how to find what has called a function.
+/// The script for gdb: `info tasks`, and how to find the callers of a function.
 const SCRIPT: &str = include_str!("superbot.py");
 
 /// Returns whether gdb ended well.
@@ -90,11 +90,11 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
     if let Err(error) = &served {
         say(format_args!("superbot-sim: {error}\n"));
     }
-    // It has the terminal until it quits.
+    // gdb has the terminal until it quits.
     Ok(gdb.wait()?.success() && served.is_ok())
 }
 
-/// Whether what is asked for can be debugged.
+/// Checks that the options describe a robot that can be debugged.
 fn check(options: &Gdb, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
     let Sim { engine, json, record, trace, view, seconds, .. } = &options.sim;
     if matches!(engine, EngineName::Host) {
@@ -118,7 +118,7 @@ fn find(robot: &mut Robot, name: McuName) -> Result<&mut Mcu, String> {
     Ok(module.mcu_mut(name.controller))
 }
 
-/// Runs the robot for the server. On one thread, so that this process may be copied anywhere.
+/// Runs the robot for the server, on one thread, so that this process can be forked at any instruction.
 fn work(mut robot: Robot, scenario: Scenario, options: &Gdb, server: Line) -> ! {
     let name = options.mcu;
     let _guard = server.stream().try_clone().map(EndIfPanicking);
@@ -143,7 +143,7 @@ fn work(mut robot: Robot, scenario: Scenario, options: &Gdb, server: Line) -> ! 
     worker.with(|worker| worker.end(mcu, &text))
 }
 
-/// Has all of these processes end where this one panics: they share the connection to the server.
+/// Ends all worker processes if this one panics, through the connection to the server that they share.
 struct EndIfPanicking(UnixStream);
 
 impl Drop for EndIfPanicking {
@@ -152,7 +152,7 @@ impl Drop for EndIfPanicking {
     }
 }
 
-/// Says which programs have crashed and how the world broke, as far as it was not `told` before.
+/// Prints which programs have crashed and how the world broke, unless that was `told` before.
 fn tell_of_what_broke(engine: &Engine, told: &mut Vec<String>) {
     let mut broken = engine.crashes();
     broken.extend(engine.trouble().map(ToString::to_string));
@@ -168,8 +168,7 @@ fn end_of(run: &Run<Engine>) -> String {
     format!("superbot-sim: the run is over at {seconds} s, state hash {hash:016x}\n")
 }
 
-/// The file that gdb reads the program from: with debugging information where there is some of this very
-/// program.
+/// The file from which gdb reads the program: the one with debugging information if it is the same program.
 fn debugging_information(options: &Sim, controller: Controller, image: &Image) -> Option<PathBuf> {
     let name = match controller {
         Controller::Master => "firmware-master.elf",
@@ -189,7 +188,7 @@ fn debugging_information(options: &Sim, controller: Controller, image: &Image) -
 /// The script for gdb, in a file, for the program in the file `elf`.
 fn script(elf: Option<&Path>) -> Result<NamedTempFile, Box<dyn Error>> {
     let mut file = tempfile::Builder::new().suffix(".py").tempfile()?;
-    // gdb itself guesses where nothing is known.
+    // Where no depth is known, gdb guesses the caller itself.
     let depths = elf.and_then(|path| stack_bound::Image::load(path).ok());
     let depths = depths.map(|image| stack_bound::depths(&image)).unwrap_or_default();
     file.write_all(SCRIPT.as_bytes())?;
@@ -202,7 +201,7 @@ fn script(elf: Option<&Path>) -> Result<NamedTempFile, Box<dyn Error>> {
     Ok(file)
 }
 
-/// Waits for gdb; `None` if it ends before it comes.
+/// Waits until gdb connects; `None` if gdb ends before that.
 fn accept(listener: &TcpListener, gdb: &mut Child) -> Result<Option<TcpStream>, Box<dyn Error>> {
     listener.set_nonblocking(true)?;
     loop {

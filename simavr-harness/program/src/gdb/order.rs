@@ -1,4 +1,4 @@
-//! What gdb's server and the process that runs the robot tell each other: a line of JSON each.
+//! The messages between gdb's server and the process that runs the robot, each a line of JSON.
 
 use std::io::{self, BufRead, BufReader, Write};
 use std::ops::Range;
@@ -8,16 +8,16 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use simavr_harness::{Context, Mcu, Registers, TaskState, Tasks};
 
-/// What the server wants.
+/// An order of the server.
 #[derive(Debug, Serialize, Deserialize)]
 pub enum Order {
     Go {
         way: Way,
         points: Points,
     },
-    /// While the robot runs: to stop where it is.
+    /// Stop where it is; sent while the robot runs.
     Interrupt,
-    /// Bytes to the data space.
+    /// Write bytes to the data space.
     Write {
         address: u16,
         bytes: Vec<u8>,
@@ -25,7 +25,7 @@ pub enum Order {
     SetRegisters(Registers),
 }
 
-/// Where the MCU is to go.
+/// How the MCU is to resume.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Way {
     Continue,
@@ -34,7 +34,7 @@ pub enum Way {
     StepBack,
 }
 
-/// What stops it on its way.
+/// The points that stop it on its way.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Points {
     /// Addresses of instructions, in bytes.
@@ -42,7 +42,7 @@ pub struct Points {
     pub watchpoints: Vec<Watchpoint>,
 }
 
-/// Bytes of the data space that stop the MCU when something happens to them.
+/// Bytes of the data space that stop the MCU when they are changed or read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Watchpoint {
     pub address: u16,
@@ -50,7 +50,7 @@ pub struct Watchpoint {
     pub watched: Watched,
 }
 
-/// What that is.
+/// The accesses that stop the MCU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Watched {
     Change,
@@ -59,13 +59,13 @@ pub enum Watched {
 }
 
 impl Watchpoint {
-    /// Whether an instruction that reads these addresses stops the MCU.
+    /// Whether an instruction that reads the addresses `reads` stops the MCU.
     pub fn is_read_by(&self, reads: &Range<u16>) -> bool {
         let end = self.address.saturating_add(self.length);
         self.watched != Watched::Change && reads.start < end && self.address < reads.end
     }
 
-    /// That it has stopped the MCU.
+    /// The reason that tells that this watchpoint has stopped the MCU.
     pub fn reason(&self) -> Reason {
         Reason::Watchpoint(self.address, self.watched)
     }
@@ -74,11 +74,11 @@ impl Watchpoint {
 /// Why the MCU has stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Reason {
-    /// Somebody said so.
+    /// The server interrupted it, or the start of the session is reached.
     Halt,
     Step,
     Breakpoint,
-    /// What is watched from this address on was changed, or read.
+    /// The watched bytes from this address on were changed or read.
     Watchpoint(u16, Watched),
     /// It can't go back further.
     Begin,
@@ -86,14 +86,14 @@ pub enum Reason {
     End,
 }
 
-/// The MCU has stopped.
+/// Reports that the MCU has stopped.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Report {
     pub reason: Reason,
     pub picture: Picture,
 }
 
-/// What gdb may ask of an MCU that has stopped.
+/// The state of a stopped MCU, as far as gdb may ask for it.
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Picture {
     /// Since power-up of the robot.
@@ -105,7 +105,7 @@ pub struct Picture {
 
 #[derive(Debug, Serialize, Deserialize)]
 pub struct Task {
-    /// By which gdb knows it: the address of its control block.
+    /// The address of its control block, which identifies it to gdb.
     pub id: u16,
     pub name: String,
     pub state: String,
@@ -114,13 +114,13 @@ pub struct Task {
     pub registers: Registers,
 }
 
-/// Where the core's registers are in the data space.
+/// Addresses of the core's registers in the data space.
 const GENERAL: Range<usize> = 0..32;
 const STACK_POINTER: usize = 0x5d;
 const STATUS: usize = 0x5f;
 
 impl Picture {
-    /// What an MCU is like now; `tasks` are its program's.
+    /// The present state of an MCU. `tasks` are the tasks of its program.
     pub fn of(mcu: &Mcu, tasks: Option<&mut Tasks>) -> Self {
         let contexts = tasks.map(|tasks| tasks.look(mcu)).unwrap_or_default();
         let tasks = contexts.into_iter().map(|Context { task, name, state, registers, .. }| Task {
@@ -133,7 +133,7 @@ impl Picture {
         Self { cycle: mcu.cycle(), registers: mcu.registers(), data: mcu.data(), tasks: tasks.collect() }
     }
 
-    /// The MCU's registers become these.
+    /// Sets the MCU's registers.
     pub fn set_registers(&mut self, registers: &Registers) {
         let Registers { general, stack_pointer, status, .. } = registers;
         self.data[GENERAL].copy_from_slice(general);
@@ -145,8 +145,8 @@ impl Picture {
         }
     }
 
-    /// Bytes are written to the data space from `address` on, where registers lie, too. `None`, and nothing
-    /// is written, where these go beyond its end.
+    /// Writes bytes to the data space from `address` on; registers change with it. Returns `None`, and writes
+    /// nothing, if the bytes go beyond its end.
     pub fn write(&mut self, address: usize, bytes: &[u8]) -> Option<()> {
         self.data.get_mut(address..address + bytes.len())?.copy_from_slice(bytes);
         let mut registers = self.registers.clone();
@@ -159,7 +159,7 @@ impl Picture {
     }
 }
 
-/// One end of a connection that carries such lines.
+/// One end of a connection that carries messages.
 pub struct Line {
     reader: BufReader<UnixStream>,
 }
@@ -174,7 +174,7 @@ impl Line {
     }
 
     /// # Errors
-    /// Nobody listens any more.
+    /// The other end is gone.
     pub fn send(&self, message: &impl Serialize) -> io::Result<()> {
         let mut line = serde_json::to_vec(message)?;
         line.push(b'\n');

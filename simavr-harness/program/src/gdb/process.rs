@@ -1,11 +1,11 @@
-//! Processes that keep a robot as it was: copies of the one that runs it. The system copies what one of them
-//! changes, page by page, so that one costs little.
+//! Forks copies of the process that runs the robot, which keep the robot as it was. The system copies only
+//! the memory pages that one of them changes, so a copy costs little.
 
 use std::io;
 use std::os::fd::{AsRawFd, RawFd};
 use std::os::unix::net::UnixStream;
 
-/// Which of two equal processes this is.
+/// Tells the two processes apart after a fork.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fork {
     Original,
@@ -17,7 +17,7 @@ pub enum Fork {
 /// # Errors
 /// The system has no more memory or processes.
 pub fn fork() -> io::Result<Fork> {
-    // SAFETY: with one thread no lock is held by another, which the copy would not have.
+    // SAFETY: there is one thread, so no other thread, which the copy would lack, holds a lock.
     match unsafe { libc::fork() } {
         -1 => Err(io::Error::last_os_error()),
         0 => Ok(Fork::Copy),
@@ -25,13 +25,14 @@ pub fn fork() -> io::Result<Fork> {
     }
 }
 
-/// Ends this process, and nothing else: what it shares with copies stays as it is.
+/// Ends this process without any cleanup, so that the resources that it shares with copies stay as they are.
 pub fn leave() -> ! {
-    // SAFETY: it takes nothing and does not return.
+    // SAFETY: `_exit` takes no pointers and does not return.
     unsafe { libc::_exit(0) }
 }
 
-/// Leaves Ctrl-C to gdb, which a terminal tells of it, too; and processes that end to the system.
+/// Leaves Ctrl-C to gdb, which also gets it from the terminal, and leaves ended child processes to the
+/// system.
 pub fn ignore_signals() {
     // SAFETY: no handler is installed.
     unsafe {
@@ -51,11 +52,11 @@ pub fn is_ready(stream: &UnixStream) -> bool {
     poll([(stream.as_raw_fd(), libc::POLLIN)], 0)[0]
 }
 
-/// Waits until there is something to read. Returns whether there is; `false` when the other end of `life` is
-/// gone.
+/// Waits until `stream` has something to read, and returns `true`. Returns `false` when the other end of
+/// `life` is gone.
 pub fn wait(stream: &UnixStream, life: &UnixStream) -> bool {
     loop {
-        // What comes for others over `life` wakes nobody here.
+        // Without requested events, poll reports only the end of `life`, not data for other processes.
         match poll([(stream.as_raw_fd(), libc::POLLIN), (life.as_raw_fd(), 0)], -1) {
             [_, true] => return false,
             [true, _] => return true,
@@ -66,7 +67,7 @@ pub fn wait(stream: &UnixStream, life: &UnixStream) -> bool {
 
 fn poll<const COUNT: usize>(streams: [(RawFd, i16); COUNT], milliseconds: i32) -> [bool; COUNT] {
     let mut streams = streams.map(|(fd, events)| libc::pollfd { fd, events, revents: 0 });
-    // SAFETY: the array is as long as is said.
+    // SAFETY: the array has `COUNT` elements.
     unsafe { libc::poll(streams.as_mut_ptr(), COUNT as libc::nfds_t, milliseconds) };
     streams.map(|stream| stream.revents != 0)
 }

@@ -1,4 +1,4 @@
-//! Speaks with gdb: its remote protocol, by gdbstub.
+//! Speaks gdb's remote protocol, by gdbstub.
 
 use std::error::Error;
 use std::io::{self, BufReader, Read, Write};
@@ -15,9 +15,9 @@ use simavr_harness::Image;
 use super::order::{Line, Report};
 use super::target::Stopped;
 
-/// What happens to the server.
+/// An event for the server.
 enum Event {
-    /// Of gdb.
+    /// A byte from gdb.
     Byte(u8),
     GdbIsGone,
     Report(Report),
@@ -27,10 +27,10 @@ enum Event {
 type Stub = GdbStubStateMachine<'static, Stopped, Buffered>;
 type Broken = GdbStubError<io::Error, io::Error>;
 
-/// Serves gdb until it goes. `worker` runs an MCU with this image, and has stopped.
+/// Serves gdb until it disconnects. `worker` runs an MCU with this image, and has stopped.
 ///
 /// # Errors
-/// The worker is gone, or gdb says what nobody understands while the MCU runs.
+/// The worker is gone, or gdb sends an invalid packet while the MCU runs.
 pub fn serve(gdb: TcpStream, worker: Line, image: Arc<Image>, first: Report) -> Result<(), Box<dyn Error>> {
     gdb.set_nodelay(true)?;
     let (sender, events) = mpsc::channel();
@@ -107,7 +107,7 @@ fn converse(gdb: TcpStream, stopped: &mut Stopped, events: &Receiver<Event>) -> 
     }
 }
 
-/// A stub that gdb has told all that is kept of what it said.
+/// A new stub with the settings that gdb has made before, from the kept packets.
 fn begin(gdb: TcpStream, stopped: &mut Stopped, settings: &Settings) -> Result<Stub, Broken> {
     let mut stub = GdbStub::new(Buffered { gdb: None, bytes: Vec::new() }).run_state_machine(stopped)?;
     for &byte in settings.kept.iter().flatten() {
@@ -121,34 +121,34 @@ fn begin(gdb: TcpStream, stopped: &mut Stopped, settings: &Settings) -> Result<S
     Ok(stub)
 }
 
-/// Whether it is for what gdb has said, not for gdb or the worker that is gone.
+/// Whether the error is due to gdb's packet, not to a lost connection to gdb or the worker.
 fn is_of_gdb(error: &Broken) -> bool {
     !error.is_connection_error() && !error.is_target_error()
 }
 
-/// The packet that has this body.
+/// The packet with this body.
 fn packet(body: &str) -> Vec<u8> {
     let sum = body.bytes().fold(0, u8::wrapping_add);
     format!("${body}#{sum:02x}").into_bytes()
 }
 
-/// What gdb has set up by packets. A packet that gdbstub does not take ends its stub, and the next one has to
-/// know.
+/// The settings that gdb has made by packets. A packet that gdbstub does not accept ends its stub, and the
+/// next stub needs the settings.
 #[derive(Default)]
 struct Settings {
-    /// The packet that comes in.
+    /// The packet that is being received.
     coming: Vec<u8>,
     kept: Vec<Vec<u8>>,
 }
 
 impl Settings {
-    /// How packets begin that set something up: what gdb can do, whether packets are acknowledged, and which
-    /// task gdb asks for.
+    /// The begins of packets with settings: the features of gdb, whether packets are acknowledged, and the
+    /// task that gdb asks for.
     const ALL: [&str; 3] = ["$qSupported", NO_ACKNOWLEDGEMENTS, "$Hg"];
 
     /// Returns the packet that ends with this byte.
     fn hear(&mut self, byte: u8) -> Option<Vec<u8>> {
-        // Within a packet it is escaped.
+        // `$` begins a packet; within a packet it is escaped.
         if byte == b'$' {
             self.coming.clear();
         }
@@ -157,7 +157,7 @@ impl Settings {
         is_whole.then(|| std::mem::take(&mut self.coming))
     }
 
-    /// Keeps a packet that sets something up, in place of the last one that did.
+    /// Keeps a packet with a setting, in place of the last one of its kind.
     fn keep(&mut self, packet: Vec<u8>) {
         if let Some(begin) = Self::ALL.into_iter().find(|begin| packet.starts_with(begin.as_bytes())) {
             self.kept.retain(|kept| !kept.starts_with(begin.as_bytes()));
@@ -165,7 +165,7 @@ impl Settings {
         }
     }
 
-    /// What gdb is answered to a packet that is none.
+    /// The answer to an invalid packet.
     fn refusal(&self) -> &'static [u8] {
         let is_bare = self.kept.iter().any(|packet| packet.starts_with(NO_ACKNOWLEDGEMENTS.as_bytes()));
         if is_bare { b"$E16#ac" } else { b"+$E16#ac" }
@@ -174,9 +174,9 @@ impl Settings {
 
 const NO_ACKNOWLEDGEMENTS: &str = "$QStartNoAckMode";
 
-/// A connection that sends what belongs together at once.
+/// A connection that buffers bytes until they are flushed.
 struct Buffered {
-    /// Who is not there hears nothing.
+    /// `None`: what is sent is dropped.
     gdb: Option<TcpStream>,
     bytes: Vec<u8>,
 }

@@ -1,12 +1,12 @@
-# What gdb is taught about a program of the kernel: `info tasks`, and how to find what has called a function.
+# Extends gdb for programs of the kernel: `info tasks`, and how to find the callers of a function.
 
 import itertools
 
 import gdb
 from gdb.unwinder import Unwinder, register_unwinder
 
-# How many bytes a function has laid on the stack when it comes to an instruction, by the instruction's
-# address: as stack-bound follows the machine code. -1: nothing has called the function, a task begins there.
+# The bytes that a function has pushed when it reaches an instruction, by the instruction's address, as
+# stack-bound follows the machine code. -1: the function has no caller, because a task begins there.
 DEPTHS = {}
 
 DATA = 0x800000
@@ -30,7 +30,7 @@ class Calls(Unwinder):
         if frame.level() == 0:
             depth = DEPTHS.get(address)
         else:
-            # Behind a call that does not come back another function may begin.
+            # After a call that does not return, another function may begin, so look at the call itself.
             depth = DEPTHS.get(address - 2, DEPTHS.get(address - 4))
         if depth is None:
             return None
@@ -45,7 +45,7 @@ class Calls(Unwinder):
                 return None  # the program has not set the stack pointer yet
             caller = 2 * (ord(high) << 8 | ord(low))
         info = frame.create_unwind_info(FrameId(gdb.Value(DATA + above), gdb.Value(address)))
-        # What it has saved of other registers is not known: they read as they are now.
+        # It is not known which other registers the function has saved: they read as they are now.
         for name in REGISTERS:
             info.add_saved_register(name, frame.read_register(name))
         # gdb has the program counter twice: as the MCU has it, and as a pointer.

@@ -1,4 +1,4 @@
-//! The MCU that has stopped, as gdb's remote protocol asks for it by gdbstub.
+//! The stopped MCU, as gdbstub's target for gdb's remote protocol.
 
 use std::io;
 use std::num::NonZeroUsize;
@@ -27,7 +27,7 @@ use simulation::CLOCK_HZ;
 use super::avr::{Avr, Core, DATA};
 use super::order::{Line, Order, Picture, Points, Reason, Report, Task, Watched, Watchpoint, Way};
 
-/// How gdb knows the MCU while no task runs; no control block lies there.
+/// The thread that the MCU is for gdb while no task runs. No control block has this address.
 const NO_TASK: Tid = NonZeroUsize::MIN;
 
 /// An MCU that has stopped.
@@ -46,21 +46,21 @@ impl Stopped {
         Stopped { worker, image, picture: first.picture, points: Points::default(), is_step: false }
     }
 
-    /// The worker has stopped anew. Returns why, as gdb is told it.
+    /// The worker has stopped again. Returns the reason, in gdb's terms.
     pub fn again(&mut self, Report { reason, picture }: Report) -> MultiThreadStopReason<u32> {
         self.picture = picture;
         self.reason(reason)
     }
 
-    /// Has the worker stop where it is.
+    /// Stops the worker where it is.
     ///
     /// # Errors
-    /// It is gone.
+    /// The worker is gone.
     pub fn interrupt(&self) -> io::Result<()> {
         self.worker.send(&Order::Interrupt)
     }
 
-    /// What runs, as gdb knows it.
+    /// The thread that runs, in gdb's terms.
     pub fn current(&self) -> Tid {
         self.picture.tasks.iter().find(|task| task.is_running).and_then(tid).unwrap_or(NO_TASK)
     }
@@ -94,7 +94,7 @@ impl Stopped {
         self.worker.send(&Order::Go { way, points: self.points.clone() })
     }
 
-    /// The address in the data space that gdb means, as far as there is one.
+    /// The address in the data space for an address of gdb; `None` if that is not in the data space.
     fn data_address(&self, address: u32) -> Option<usize> {
         let address = address.checked_sub(DATA)? as usize;
         (address < self.picture.data.len()).then_some(address)
@@ -129,7 +129,7 @@ impl MultiThreadBase for Stopped {
         Ok(())
     }
 
-    /// Those of the MCU: what a task goes on with lies on its stack.
+    /// Writes the registers of the MCU only: those of other tasks are saved on their stacks.
     fn write_registers(&mut self, Core(registers): &Core, tid: Tid) -> TargetResult<(), Self> {
         if tid != self.current() {
             return Err(TargetError::NonFatal);
@@ -158,7 +158,7 @@ impl MultiThreadBase for Stopped {
 
     fn list_active_threads(&mut self, is_active: &mut dyn FnMut(Tid)) -> io::Result<()> {
         let current = self.current();
-        // gdb takes the first for the one that has stopped.
+        // gdb takes the first thread for the one that has stopped.
         is_active(current);
         self.picture.tasks.iter().filter_map(tid).filter(|&tid| tid != current).for_each(is_active);
         Ok(())
@@ -185,7 +185,7 @@ impl ThreadExtraInfo for Stopped {
     }
 }
 
-/// There is one CPU: whichever task is to go on, the MCU does.
+/// There is one CPU: whichever task gdb resumes, the MCU runs on.
 impl MultiThreadResume for Stopped {
     fn resume(&mut self) -> io::Result<()> {
         self.go(if self.is_step { Way::Step } else { Way::Continue })
@@ -297,7 +297,7 @@ impl Stopped {
     }
 }
 
-/// Removes one that is equal. Returns whether there was one.
+/// Removes an element that equals `what`. Returns whether there was one.
 fn remove<T: PartialEq>(from: &mut Vec<T>, what: &T) -> bool {
     let place = from.iter().position(|one| one == what);
     place.map(|place| from.remove(place)).is_some()

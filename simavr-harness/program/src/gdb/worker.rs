@@ -1,8 +1,8 @@
-//! Runs the robot, and holds it up where gdb wants its MCU.
+//! Runs the robot, and stops it where gdb wants its MCU to stop.
 //!
-//! Moments are told apart by the MCU's cycle before an instruction. To go back, what lies between a copy in
-//! the [`History`] and now is run again to find the last moment at which gdb wants to stop, and then up to
-//! that.
+//! The MCU's cycle before an instruction identifies a moment. To go back, the worker runs again from a copy
+//! in the [`History`] to now, to find the last moment at which gdb wants to stop. Then it runs once more, up
+//! to that moment.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -14,10 +14,10 @@ use super::history::{History, Wake};
 use super::order::{Line, Order, Picture, Points, Reason, Report, Watched, Watchpoint, Way};
 use super::process;
 
-/// Once in so many instructions the server is asked whether it wants anything.
+/// The number of instructions between two polls of the server.
 const PATIENCE: u32 = 1 << 14;
 
-/// Who holds the robot up.
+/// Runs the robot for the server, and stops it.
 pub struct Worker {
     server: Line,
     tasks: Option<Tasks>,
@@ -26,32 +26,32 @@ pub struct Worker {
     points: Points,
     /// The instruction before.
     last: Option<Moment>,
-    /// Instructions since the server was asked.
+    /// Instructions since the server was last polled.
     unasked: u32,
 }
 
-/// What the run is for.
+/// The goal of the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Goal {
-    /// To come to where gdb wants to stop, or one instruction further.
+    /// Run to the next stop that gdb wants, or for one instruction.
     Forward { is_step: bool },
-    /// To come to the first instruction at or after a cycle, and stop there for this reason.
+    /// Run to the first instruction at or after a cycle, and stop there for this reason.
     Reach { cycle: u64, reason: Reason },
-    /// To find the last moment before a cycle at which gdb wants to stop: at any instruction, for a step.
-    /// What lies behind the copy of this number is looked through.
+    /// Find the last moment before the cycle `until` at which gdb wants to stop; for a step, that is any
+    /// instruction. The search covers the run after the copy with the number `behind`.
     Search { until: u64, is_step: bool, behind: usize, found: Option<(u64, Reason)> },
 }
 
 /// The moment before an instruction.
 struct Moment {
     cycle: u64,
-    /// What is watched for changes.
+    /// The bytes that are watched for changes.
     watched: Vec<u8>,
-    /// What the instruction reads of what is watched for that.
+    /// The watchpoint for reads that the instruction touches.
     read: Option<Reason>,
 }
 
-/// A worker that both the MCU and the run know.
+/// A worker that the MCU and the run share.
 #[derive(Clone)]
 pub struct Shared(Arc<Mutex<Worker>>);
 
@@ -66,7 +66,7 @@ impl Shared {
         act(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// The worker of an MCU that has not run yet. It goes up to cycle `at` first.
+    /// The worker of an MCU that has not run yet. It first runs up to cycle `at`.
     pub fn new(server: Line, mcu: &Mcu, at: u64) -> Self {
         Shared(Arc::new(Mutex::new(Worker {
             server,
@@ -89,7 +89,7 @@ impl Worker {
         }
         loop {
             self.judge(mcu);
-            // What gdb has written is not lost on the way back.
+            // After gdb has written, a copy with that is left here, so that going back does not lose it.
             if self.history.len() > 0 || !self.leave_copy(now) {
                 break;
             }
@@ -101,7 +101,7 @@ impl Worker {
         self.remember(mcu);
     }
 
-    /// Stops here if that is the goal.
+    /// Stops here if the goal is reached.
     fn judge(&mut self, mcu: &mut Mcu) {
         let now = mcu.cycle();
         let touched = self.touched(mcu);
@@ -137,8 +137,8 @@ impl Worker {
         }
     }
 
-    /// Stops where the server wants it, or where it is gone ends. To be called now and then, as an MCU may
-    /// sleep for long.
+    /// Stops if the server asks for it, and ends the process if the server is gone. Has to be called while
+    /// the MCU sleeps, too, which it may do for long.
     pub fn ask(&mut self, mcu: &mut Mcu) {
         self.unasked = 0;
         if !self.server.is_ready() {
@@ -146,13 +146,13 @@ impl Worker {
         }
         match self.server.receive() {
             Some(Order::Interrupt) => self.stop(mcu, Reason::Halt),
-            // Nothing else is said while the robot runs.
+            // The server sends nothing else while the robot runs.
             Some(_) => {}
             None => process::leave(),
         }
     }
 
-    /// The run is over, which `text` tells. It returns never: what comes then is to go back, or to end.
+    /// Handles the end of the run, after which the run can only go back or end. `text` reports the end.
     pub fn end(&mut self, mcu: &mut Mcu, text: &str) -> ! {
         loop {
             let touched = self.touched(mcu);
@@ -164,7 +164,7 @@ impl Worker {
             }
             say(text);
             let reason = match self.goal {
-                // It was at the end that gdb wanted to be.
+                // The end is the moment that gdb wanted to reach.
                 Goal::Reach { reason, .. } => reason,
                 _ => Reason::End,
             };
@@ -173,7 +173,7 @@ impl Worker {
         }
     }
 
-    /// What the instruction before has changed or read of what is watched, and when it began.
+    /// The watchpoint that the last instruction has touched, and the cycle at which that instruction began.
     fn touched(&self, mcu: &Mcu) -> Option<(u64, Reason)> {
         let last = self.last.as_ref()?;
         if self.points.watchpoints.is_empty() {
@@ -215,7 +215,7 @@ impl Worker {
         self.last = Some(moment);
     }
 
-    /// The robot waits here until gdb has it go on.
+    /// Stops the robot here until gdb resumes it.
     fn stop(&mut self, mcu: &mut Mcu, reason: Reason) {
         self.report(mcu, reason);
         loop {
@@ -265,11 +265,11 @@ impl Worker {
         self.history.wake(behind, goal, self.points.clone())
     }
 
-    /// All that was to be looked through is.
+    /// Ends a search: goes to the moment that was found, or else searches from the copy before.
     fn conclude(&mut self) {
         let Goal::Search { is_step, behind, found, .. } = self.goal else { return };
         if let Some((cycle, reason)) = found {
-            // There is one: the search itself has begun behind one.
+            // There is a copy before it: the search itself began after one.
             let from = self.history.before(cycle + 1).unwrap_or(0);
             self.history.wake(from, Goal::Reach { cycle, reason }, self.points.clone());
         }
@@ -283,8 +283,8 @@ impl Worker {
         }
     }
 
-    /// Leaves a copy of this process here. Where that is woken it goes on with another goal. Returns whether
-    /// this is it.
+    /// Leaves a copy of this process here. The copy continues with another goal when it is woken. Returns
+    /// `true` in the woken copy.
     fn leave_copy(&mut self, now: u64) -> bool {
         let wake = self.history.leave_copy(now, &self.server);
         let is_woken = wake.is_some();

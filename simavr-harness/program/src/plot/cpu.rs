@@ -1,4 +1,4 @@
-//! What takes the time of a module's CPUs.
+//! Plots the shares of tasks and interrupts in the time of a module's CPUs.
 
 use std::error::Error;
 use std::path::Path;
@@ -15,24 +15,25 @@ use crate::sim::POWER_UP_WITHIN;
 
 const MODULES: usize = 10;
 
-/// One of the spine, which has two legs.
+/// A module of the body with two legs.
 const MODULE: usize = 4;
 
-/// Until when the robot rises, and for how long it is looked at, in s.
+/// The time until which the robot rises, and the time for which it is then measured, in s.
 const RISEN: u64 = 3;
 const SECONDS: u64 = 5;
 
-/// The height of a bar and of the space to the next, and of what is above and below all, in pixels.
+/// The height of a bar, the distance from one bar to the next, and the space above and below all bars, in
+/// pixels.
 const BAR: i32 = 14;
 const STEP: i32 = 20;
 const ABOVE: i32 = 34;
 const BELOW: i32 = 14;
 
-/// Where bars begin, and how long they get, in pixels.
+/// The left end of the bars, and the length of the longest one, in pixels.
 const LEFT: i32 = 190;
 const LONGEST: i32 = 440;
 
-/// What of an MCU's time went where.
+/// A share of an MCU's time.
 struct Share {
     controller: Controller,
     name: String,
@@ -63,8 +64,8 @@ pub fn plot(images: &Path, threads: usize) -> Result<String, Box<dyn Error>> {
     for_any_page(svg)
 }
 
-/// Where the time since `begin` went: tasks, the largest share first, without the time of interrupts, and
-/// these together.
+/// The shares of the time since `begin`: first all interrupts together, then the tasks, largest first,
+/// without the time of interrupts.
 fn shares(controller: Controller, trace: &Trace, begin: u64) -> Vec<Share> {
     let mut cycles = vec![0; trace.tasks.len()];
     let mut interrupts = 0;
@@ -72,7 +73,7 @@ fn shares(controller: Controller, trace: &Trace, begin: u64) -> Vec<Share> {
     let mut next = outermost.iter().peekable();
     for Slice { begin: from, end, what } in &trace.cpu {
         let (from, end) = ((*from).max(begin), (*end).max(begin));
-        // What of it interrupts have.
+        // The cycles of interrupts in this slice.
         let mut within = 0;
         while let Some(interrupt) = next.peek() {
             let (first, last) = (interrupt.begin.max(from), interrupt.end.min(end));
@@ -96,7 +97,7 @@ fn shares(controller: Controller, trace: &Trace, begin: u64) -> Vec<Share> {
     shares
 }
 
-/// Interrupts that interrupt no other.
+/// The interrupts that do not interrupt another one.
 fn outermost(interrupts: &[Slice<u8>]) -> Vec<&Slice<u8>> {
     let mut outermost: Vec<&Slice<u8>> = Vec::new();
     for interrupt in interrupts {

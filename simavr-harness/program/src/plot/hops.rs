@@ -1,4 +1,4 @@
-//! How long hormones take, by the hops to where they come.
+//! Plots how long hormones take, by the number of hops.
 
 use std::error::Error;
 use std::path::Path;
@@ -14,11 +14,11 @@ use crate::sim::POWER_UP_WITHIN;
 
 const MODULES: usize = 30;
 
-/// Until when modules find each other, and for how long hormones are followed, in s.
+/// The time until which modules find each other, and the time for which hormones are then followed, in s.
 const FOUND: u64 = 2;
 const FOLLOWED: u64 = 20;
 
-/// A hormone that was taken up last by a module: when it was generated, and how many hops ago.
+/// The hormone that a module took up last: the cycle at which it was generated, and the hops since then.
 type Taken = Option<(u64, usize)>;
 
 pub fn plot(images: &Path, threads: usize) -> Result<String, Box<dyn Error>> {
@@ -36,7 +36,7 @@ pub fn plot(images: &Path, threads: usize) -> Result<String, Box<dyn Error>> {
     Chart { x, y: "mean, least and most, ms", curves: &curves, has_dots: true }.svg()
 }
 
-/// By hops, how many cycles each hormone took from where it was generated.
+/// By hops, the cycles that each hormone took since it was generated.
 fn took(trace_events: &[TraceEvent], wiring: &Wiring) -> Vec<Vec<u64>> {
     let mut last: Vec<Taken> = vec![None; wiring.modules()];
     let mut took: Vec<Vec<u64>> = Vec::new();

@@ -1,4 +1,4 @@
-//! `./x plot`: what docs show as plots, each by a run of its own.
+//! `./x plot`: the plots in docs, each from a run of its own.
 
 mod cpu;
 mod hops;

@@ -1,4 +1,5 @@
-//! What a busy module's joints' control and interrupts take, beside what is computed of them.
+//! Plots the measured responses of a busy module, its control of the joints and its interrupts, beside their
+//! computed bounds.
 
 use std::error::Error;
 use std::io::Read;
@@ -17,14 +18,14 @@ const SEEN: RGBColor = RGBColor(9, 105, 218);
 const BOUND: RGBColor = RGBColor(207, 34, 46);
 const FONT: (&str, u32) = ("sans-serif", 14);
 
-/// One response: the longest seen and what is computed, in microseconds.
+/// One response: the longest measured and the computed bound, in microseconds.
 struct Row {
     what: String,
     seen: f64,
     bound: f64,
 }
 
-/// Measures the images in `directory`, and plots that beside the bounds in `json`.
+/// Measures the images in `directory`, and plots the results beside the bounds in `json`.
 pub fn plot(directory: &Path, json: &mut impl Read) -> Result<String, Box<dyn Error>> {
     let bounds = bounds(json)?;
     let mut all = Vec::new();
@@ -34,7 +35,7 @@ pub fn plot(directory: &Path, json: &mut impl Read) -> Result<String, Box<dyn Er
     draw(&all)
 }
 
-/// What was seen of an MCU that has a bound.
+/// The measured responses of an MCU with their bounds. A response without a bound is an error.
 fn rows(bounds: &Bounds, seen: &Seen) -> Result<Vec<Row>, Box<dyn Error>> {
     let (name, mcu) = match seen.controller {
         Controller::Master => ("master", &bounds.master),
@@ -59,7 +60,7 @@ fn microseconds(cycles: u64) -> f64 {
     cycles as f64 * 1e6 / f64::from(CLOCK_HZ)
 }
 
-/// A row for each response, the first one on top, with a line from what was seen to the bound.
+/// Draws a row for each response, the first one on top, with a line from the measured value to the bound.
 fn draw(all: &[Row]) -> Result<String, Box<dyn Error>> {
     let rows = all.len() as i32;
     let label = |row: i32| all.get((rows - 1 - row) as usize).map_or("", |row| &row.what).to_owned();

@@ -1,4 +1,4 @@
-//! A step of a module's joints over time.
+//! Plots a step of a module's joints over time.
 
 use std::error::Error;
 use std::ops::Range;
@@ -9,7 +9,7 @@ use tasks::motor::Axis;
 
 use crate::chart::{Chart, Curve, Point};
 
-/// What is shown, in ms since power-up: the joints rest before and after that.
+/// The time that is shown, in ms since power-up: the joints rest before and after it.
 const SHOWN: Range<f64> = 400.0..1400.0;
 
 pub fn plot(images: &Path) -> Result<String, Box<dyn Error>> {

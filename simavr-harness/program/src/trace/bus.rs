@@ -1,14 +1,15 @@
-//! The two-wire bus between a module's MCUs on a timeline: its transfers.
+//! Shows the transfers on the two-wire bus between a module's MCUs on a timeline.
 
 use serde_json::json;
 use simavr_harness::{BusSignal, Slice};
 
 use super::events::{Events, Track};
 
-/// Bytes from a START to the STOP or the next START, the address first, and whether each was acknowledged.
+/// The bytes from a START to the STOP or the next START, the address first, each with whether it was
+/// acknowledged.
 type Transfer = Slice<Vec<(u8, bool)>>;
 
-/// Writes what was on the bus, as far as the run goes.
+/// Writes the transfers of the run.
 pub fn write(events: &mut Events, track: Track, signals: &[Slice<BusSignal>]) {
     if signals.is_empty() {
         return;

@@ -1,13 +1,14 @@
-//! Trace events as Perfetto and Chrome read them (Google's document "Trace Event Format"), as JSON.
+//! Writes trace events for Perfetto and Chrome (Google's document "Trace Event Format"), as JSON.
 
 use serde::Serialize;
 use serde_json::Value;
 use simulation::CLOCK_HZ;
 
-/// Cycles in a microsecond, the unit of time in the file. A cycle is a sixteenth: no digit is lost.
+/// Cycles in a microsecond, the unit of time in the file. A cycle is 1/16 us, which decimals represent
+/// exactly.
 const MICROSECOND: f64 = CLOCK_HZ as f64 / 1e6;
 
-/// Tracks that a process may have, so that no two tracks of the file have the same number.
+/// The numbers reserved for the tracks of a process, so that no two tracks of the file have the same number.
 const TRACKS: usize = 100;
 
 /// A line of the timeline.
@@ -19,7 +20,7 @@ pub struct Track {
 }
 
 impl Track {
-    /// Track `number`, counted from 0, of an MCU, counted from 0 likewise.
+    /// Track `number` of MCU `mcu`, both counted from 0.
     pub fn new(mcu: usize, number: usize) -> Self {
         Track { process: mcu, number }
     }
@@ -33,14 +34,14 @@ impl Track {
     }
 }
 
-/// The events of a file, one behind the other.
+/// The events of a file, one after the other.
 #[derive(Default)]
 pub struct Events {
     text: String,
     flows: usize,
 }
 
-/// One event. What the kind of event does not need is left out.
+/// One event. Fields that its kind does not need are left out.
 #[derive(Serialize)]
 struct Event<'a> {
     ph: &'a str,
@@ -72,14 +73,14 @@ impl<'a> Event<'a> {
 }
 
 impl Events {
-    /// Names an MCU. They are shown in the order of their numbers.
+    /// Names an MCU. MCUs are shown in the order of their numbers.
     pub fn name_mcu(&mut self, mcu: usize, name: &str) {
         let track = Track::new(mcu, 0);
         self.describe("process_name", track, serde_json::json!({ "name": name }));
         self.describe("process_sort_index", track, serde_json::json!({ "sort_index": mcu }));
     }
 
-    /// Names a track. They are shown in the order of their numbers.
+    /// Names a track. Tracks are shown in the order of their numbers.
     pub fn name_track(&mut self, track: Track, name: &str) {
         self.describe("thread_name", track, serde_json::json!({ "name": name }));
         self.describe("thread_sort_index", track, serde_json::json!({ "sort_index": track.number }));
@@ -89,18 +90,18 @@ impl Events {
         self.push(&Event { name: Some(name), args, ..Event::new("M", track) });
     }
 
-    /// A slice begins. The slices of a track nest.
+    /// Begins a slice. The slices of a track nest.
     pub fn begin(&mut self, track: Track, cycle: u64, category: &str, name: &str, args: Value) {
         let event = Event { name: Some(name), cat: Some(category), args, ..Event::new("B", track) };
         self.push(&event.at(cycle));
     }
 
-    /// The slice that began last on the track ends.
+    /// Ends the slice that began last on the track.
     pub fn end(&mut self, track: Track, cycle: u64) {
         self.push(&Event::new("E", track).at(cycle));
     }
 
-    /// An arrow leads from the slice in which one moment lies to the one in which the other lies.
+    /// Draws an arrow from the slice at one moment to the slice at another.
     pub fn flow(&mut self, name: &str, from: (Track, u64), to: (Track, u64)) {
         self.flows += 1;
         let id = Some(self.flows);
@@ -124,7 +125,7 @@ impl Events {
         if !self.text.is_empty() {
             self.text += ",\n";
         }
-        // Numbers, text and values of these can always be written.
+        // An event has only numbers and text, so serialising does not fail.
         self.text += &serde_json::to_string(event).unwrap_or_default();
     }
 }

@@ -1,4 +1,4 @@
-//! What passes between MCUs as arrows: frames from dock to dock, and hormones from HORMONE to HORMONE.
+//! Draws arrows for what passes between MCUs: frames from dock to dock, and hormones from HORMONE to HORMONE.
 
 use std::collections::HashMap;
 
@@ -13,7 +13,7 @@ use super::frames::{Piece, describe};
 use super::mcu_name::McuName;
 use super::schedule;
 
-/// The task that acts on hormones, which is the master's.
+/// The task that acts on hormones, on the master.
 const HORMONE: &str = "HORMONE";
 
 /// The dock at which a serial port of an MCU is.
@@ -21,7 +21,7 @@ pub fn dock(controller: Controller, port: usize) -> Option<Dock> {
     half(controller).docks().get(port).copied()
 }
 
-/// What has passed at a dock, and where that is shown.
+/// The pieces that passed at a dock, and the tracks that show them.
 pub struct Passed {
     pub sent: Vec<Piece>,
     pub received: Vec<Piece>,
@@ -29,7 +29,7 @@ pub struct Passed {
     pub into: Track,
 }
 
-/// Draws an arrow for each frame that left one traced MCU and came to another. `end` is that of the run.
+/// Draws an arrow for each frame that left one traced MCU and came to another. `end` is the end of the run.
 pub fn frames(events: &mut Events, passed: &HashMap<Face, Passed>, recording: &Recording, end: u64) {
     let mut faces: Vec<Face> = passed.keys().copied().collect();
     faces.sort_by_key(|face| (face.module, face.dock.index()));
@@ -75,7 +75,7 @@ fn half(controller: Controller) -> Half {
     }
 }
 
-/// How the robot was wired at `cycle`.
+/// The robot's wiring at `cycle`.
 fn wiring_at(recording: &Recording, cycle: u64) -> Option<&Wiring> {
     recording.wirings.iter().rfind(|(since, _)| *since <= cycle).map(|(_, wiring)| wiring)
 }

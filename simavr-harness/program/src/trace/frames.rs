@@ -1,4 +1,4 @@
-//! What passes at a dock as frames on a timeline.
+//! Shows the frames at a dock on a timeline.
 
 use serde_json::{Value, json};
 use simavr_harness::{Character, Slice};
@@ -10,13 +10,13 @@ use super::events::{Events, Track};
 /// The byte at which a frame ends.
 const DELIMITER: u8 = 0;
 
-/// Characters of one frame follow each other within so many of their own length.
+/// The characters of a frame follow each other within this many times their own length.
 const PAUSE: u64 = 3;
 
-/// What came over a wire up to a delimiter, or to a pause.
+/// The bytes on a wire up to a delimiter or a pause.
 pub type Piece = Slice<Vec<u8>>;
 
-/// Puts characters together, in the order in which they begin.
+/// Joins characters to pieces, in the order in which they begin.
 pub fn pieces(characters: &[Character]) -> Vec<Piece> {
     let mut characters = characters.to_vec();
     characters.sort_by_key(|character| (character.start, character.end));
@@ -34,8 +34,8 @@ pub fn pieces(characters: &[Character]) -> Vec<Piece> {
     pieces
 }
 
-/// Writes pieces on a track, as far as the run goes; where two senders speak at once the later one is cut
-/// short.
+/// Writes pieces on a track, up to the `end` of the run. If two senders overlap, the later piece begins only
+/// when the earlier one ends.
 pub fn write(events: &mut Events, track: Track, name: &str, pieces: &[Piece], end: u64) {
     if pieces.is_empty() {
         return;
@@ -53,7 +53,7 @@ pub fn write(events: &mut Events, track: Track, name: &str, pieces: &[Piece], en
     }
 }
 
-/// What a frame is, in a few words.
+/// Describes a frame: a short name, and details.
 pub fn describe(bytes: &[u8]) -> (String, Value) {
     let hexadecimal = bytes.iter().map(|byte| format!("{byte:02x}")).collect::<Vec<_>>().join(" ");
     let mut decoded = bytes.to_vec();

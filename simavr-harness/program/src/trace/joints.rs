@@ -1,4 +1,4 @@
-//! The joints' control on a timeline: when it computes, and how much it leaves of its period.
+//! Shows the joints' control on a timeline: when it computes, and how much of its period is left.
 
 use serde_json::json;
 use simavr_harness::Edge;
@@ -6,13 +6,13 @@ use simulation::MILLISECOND;
 
 use super::events::{Events, Track};
 
-/// A period of the control: it has to be done before the next begins.
+/// A period of the control, in cycles. The control has to be done before the next period begins.
 const PERIOD: u64 = MILLISECOND;
 
 /// Cycles in a microsecond.
 const MICROSECOND: u64 = MILLISECOND / 1000;
 
-/// Writes the slices in which the control computes, by the edges of its probe; `end` is that of the run.
+/// Writes the slices in which the control computes, from the edges of its probe. `end` is the end of the run.
 pub fn write(events: &mut Events, track: Track, edges: &[Edge], end: u64) {
     let mut begins = None;
     for &Edge { cycle, level } in edges {

@@ -1,5 +1,5 @@
-//! The levels of pins and buses over time, as a file of value changes (VCD: IEEE 1364, "Value change dump
-//! files"), which GTKWave, Surfer and PulseView read.
+//! Writes the levels of pins and buses over time as a file of value changes (VCD: IEEE 1364, "Value change
+//! dump files"), which GTKWave, Surfer and PulseView read.
 
 use std::collections::BTreeMap;
 use std::io;
@@ -17,7 +17,7 @@ const CYCLE: u64 = 625;
 /// The file, with the signals on the buses of traced modules.
 ///
 /// # Errors
-/// A name is none in such a file.
+/// A name is not valid in such a file.
 pub fn write(traced: &[Traced], buses: &BTreeMap<usize, Vec<Slice<BusSignal>>>) -> io::Result<String> {
     let mut writer = Writer::new(Vec::new());
     writer.timescale(UNITS.0, UNITS.1)?;
@@ -63,7 +63,7 @@ pub fn write(traced: &[Traced], buses: &BTreeMap<usize, Vec<Slice<BusSignal>>>) 
         }
         writer.change_scalar(id, level)?;
     }
-    // One without any power has not run.
+    // An MCU that never had power has not run.
     let ran = traced.iter().filter(|traced| !traced.trace.cpu.is_empty());
     let end = ran.map(|traced| traced.trace.end).max().unwrap_or(0);
     if end > now {
@@ -86,7 +86,7 @@ fn add(
     writer.upscope()
 }
 
-/// What does not lie behind the end of the run.
+/// Drops the edges after the end of the run.
 fn until(mut line: Line, end: u64) -> Line {
     line.edges.retain(|edge| edge.cycle <= end);
     line

@@ -1,4 +1,4 @@
-//! How an MCU is named on the command line: `3.slave`.
+//! The name of an MCU on the command line: `3.slave`.
 
 use std::fmt;
 use std::str::FromStr;

@@ -1,4 +1,4 @@
-//! `./x sim --trace`: what MCUs did, as a timeline for Perfetto, or the levels of their pins and buses.
+//! `./x sim --trace`: writes what MCUs did as a timeline for Perfetto, or the levels of their pins and buses.
 
 mod bus;
 mod events;
@@ -24,38 +24,38 @@ use super::sim::at_most;
 use events::{Events, Track};
 use flows::Passed;
 
-/// The most seconds, over all MCUs: a file of 600 MB, which takes twice that of memory to make.
+/// The most seconds, summed over all MCUs: a file of 600 MB, which takes twice as much memory to make.
 const MOST: f64 = 400.0;
 
 /// A timeline to be written.
 pub struct Timeline {
     destination: Destination,
-    /// Levels are asked for.
+    /// Whether levels are asked for.
     is_vcd: bool,
     mcus: Vec<McuName>,
 }
 
-/// What was noted of a robot.
+/// The recorded data of a robot.
 pub struct Noted {
     mcus: Vec<Traced>,
-    /// What was on the buses, by module.
+    /// The signals on the buses, by module.
     buses: BTreeMap<usize, Vec<Slice<BusSignal>>>,
 }
 
-/// What was noted of an MCU.
+/// The recorded data of an MCU.
 pub struct Traced {
     name: McuName,
     trace: Trace,
-    /// Of the probe of the joints' control.
+    /// The edges of the probe of the joints' control.
     control: Vec<Edge>,
 }
 
 impl Timeline {
-    /// Makes sure, before anything has taken its time, that the timeline can be written if one is asked for:
-    /// not over the `robot_file`, nor where anything else goes.
+    /// Makes sure, before the run takes its time, that the timeline can be written if one is asked for, and
+    /// that it overwrites neither the `robot_file` nor another result.
     ///
     /// # Errors
-    /// It can't, or there are no such MCUs among those of so many `modules`.
+    /// The timeline can't be written, or the robot with its `modules` has no such MCUs.
     pub fn of(
         options: &Sim,
         robot_file: Option<&Path>,
@@ -94,12 +94,12 @@ impl Timeline {
         if others.into_iter().flatten().any(|other| other.is(&destination)) {
             return Err(format!("{} is for another result: give --trace another", path.display()).into());
         }
-        // The whole name may be that: then it is no extension.
+        // Not by `extension`: a file whose whole name is `.vcd` has none.
         let is_vcd = path.as_os_str().to_ascii_lowercase().as_encoded_bytes().ends_with(b".vcd");
         Ok(Some(Timeline { destination, is_vcd, mcus: options.trace_of.clone() }))
     }
 
-    /// Has a robot that has not run yet take note.
+    /// Begins to record a robot that has not run yet.
     ///
     /// # Errors
     /// An image has no kernel.
@@ -114,7 +114,7 @@ impl Timeline {
         Ok(())
     }
 
-    /// Takes what the robot has noted.
+    /// Takes the data that were recorded.
     pub fn take(&self, robot: &mut Robot) -> Noted {
         let traced = |&name: &McuName| {
             let mcu = robot.module_mut(name.module)?.mcu_mut(name.controller);
@@ -126,10 +126,10 @@ impl Timeline {
         Noted { mcus, buses: modules.into_iter().filter_map(signals).collect() }
     }
 
-    /// Writes the timeline; `recording` has the hormones, and how the robot was wired.
+    /// Writes the timeline. `recording` has the hormones and the robot's wirings.
     ///
     /// # Errors
-    /// It can't be written.
+    /// The timeline can't be written.
     pub fn write(self, noted: &Noted, recording: &Recording) -> Result<(), Box<dyn Error>> {
         if self.is_vcd {
             return self.destination.write_text(&levels::write(&noted.mcus, &noted.buses)?);
@@ -163,7 +163,7 @@ fn events_of(Noted { mcus: traced, buses }: &Noted, recording: &Recording) -> St
             frames::write(&mut events, *into, &format!("{dock:?} hears"), received, trace.end);
             passed.insert(Face { module: name.module, dock }, at_dock);
         }
-        // Of two MCUs of one module the first has it.
+        // The first traced MCU of a module shows the module's bus.
         let is_first = traced.iter().position(|other| other.name.module == name.module) == Some(number);
         if let Some(signals) = buses.get(&name.module).filter(|_| is_first) {
             bus::write(&mut events, track(), signals);

@@ -1,4 +1,4 @@
-//! An MCU's tasks and interrupts as a timeline.
+//! Shows an MCU's tasks and interrupts on a timeline.
 
 use serde_json::{Value, json};
 use simavr_harness::{Holder, TaskState, Trace, Wait};
@@ -6,13 +6,13 @@ use stack_bound::vectors;
 
 use super::events::{Events, Track};
 
-/// The track of who has the CPU, and of interrupts within that.
+/// The track of the holders of the CPU, with interrupts nested in them.
 const CPU: usize = 0;
 
-/// Those of tasks are behind it.
+/// The first track of a task; the others follow.
 const FIRST_TASK: usize = 1;
 
-/// How many tracks an MCU has by these.
+/// The number of tracks that the schedule of an MCU takes.
 pub fn tracks(trace: &Trace) -> usize {
     FIRST_TASK + trace.tasks.len()
 }
@@ -23,7 +23,7 @@ pub fn track(mcu: usize, trace: &Trace, task: &str) -> Option<Track> {
     Some(Track::new(mcu, FIRST_TASK + number))
 }
 
-/// Writes what MCU number `mcu` of the file did.
+/// Writes the schedule of MCU number `mcu` of the file.
 pub fn write(events: &mut Events, mcu: usize, trace: &Trace) {
     write_cpu(events, Track::new(mcu, CPU), trace);
     for (number, task) in trace.tasks.iter().enumerate() {
@@ -37,7 +37,7 @@ pub fn write(events: &mut Events, mcu: usize, trace: &Trace) {
     }
 }
 
-/// Interrupts lie within what they interrupt, and may be interrupted themselves.
+/// Writes the track of the CPU. Interrupts are nested in the holder or interrupt that they interrupt.
 fn write_cpu(events: &mut Events, track: Track, trace: &Trace) {
     events.name_track(track, "CPU");
     let holders = trace.cpu.iter().map(|slice| {
@@ -55,7 +55,7 @@ fn write_cpu(events: &mut Events, track: Track, trace: &Trace) {
         (slice.begin, slice.end, "interrupt", name)
     });
     let mut slices: Vec<_> = holders.chain(interrupts).collect();
-    // At the same time whatever has the CPU comes first, as it goes on longer.
+    // Of two slices with the same begin the longer one comes first, and so a holder before its interrupts.
     slices.sort_by_key(|&(begin, end, ..)| (begin, u64::MAX - end));
     let mut under_way: Vec<u64> = Vec::new();
     for (begin, end, category, name) in slices {
@@ -70,7 +70,7 @@ fn write_cpu(events: &mut Events, track: Track, trace: &Trace) {
     }
 }
 
-/// What it is called that a task does, and what there is to say of it besides.
+/// The name of a task's state, and its details.
 fn state(state: &TaskState) -> (String, Value) {
     let args = match state {
         TaskState::Waiting(Wait { ticks: Some(ticks), .. }) => json!({ "ticks at most": ticks }),

@@ -1,19 +1,19 @@
-//! What pages are told: messages in order, kept for pages that come later or come back.
+//! The messages for pages, in order. They are kept for pages that come later or come back.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// A page that listens, from when it begins to until it goes: a number that no other has.
+/// The unique number of a page, from when it begins to listen until it leaves.
 pub type Stream = u64;
 
-/// A message, as pages read it.
+/// A message in the form that pages read.
 pub type Message = Arc<[u8]>;
 
-/// What is in the place of one that is for the moment: an object with nothing in it.
+/// An empty object, which takes the place of a transient message.
 const NOTHING: &[u8] = b"\x02\0\0\0\0\0\0\0{}";
 
-/// The messages, and who listens.
+/// The messages, and the pages that listen.
 #[derive(Default)]
 pub struct Feed {
     state: Mutex<State>,
@@ -23,28 +23,28 @@ pub struct Feed {
 #[derive(Default)]
 struct State {
     messages: Vec<Message>,
-    /// By page, the place of the last one that is for it and for the moment, and that message.
+    /// By page, the last transient message for it, and its place among the messages.
     passing: BTreeMap<Stream, (usize, Message)>,
     listening: BTreeSet<Stream>,
     streams: u64,
 }
 
-/// A page that listens, for as long as this is there.
+/// A page that listens for as long as this exists.
 pub struct Listener<'a> {
     feed: &'a Feed,
     pub stream: Stream,
-    /// How many messages it has got.
+    /// The number of messages that it has received.
     had: usize,
 }
 
 impl Feed {
-    /// Tells all pages, also those that come later.
+    /// Sends a message to all pages, including those that come later.
     pub fn tell(&self, message: Vec<u8>) {
         self.state().messages.push(message.into());
         self.changed.notify_all();
     }
 
-    /// Tells a page what is of no use any more once the next such message comes.
+    /// Sends a page a transient message, which the next such message for the page replaces.
     pub fn tell_for_now(&self, stream: Stream, message: Vec<u8>) {
         let mut state = self.state();
         let place = state.messages.len();
@@ -54,7 +54,7 @@ impl Feed {
         self.changed.notify_all();
     }
 
-    /// A page listens that has got so many messages before.
+    /// Begins to listen for a page that has received `had` messages before.
     pub fn listen(&self, had: usize) -> Listener<'_> {
         let mut state = self.state();
         state.streams += 1;
@@ -65,12 +65,12 @@ impl Feed {
         Listener { feed: self, stream, had }
     }
 
-    /// Whether this page listens still.
+    /// Whether a page still listens.
     pub fn has(&self, stream: Stream) -> bool {
         self.state().listening.contains(&stream)
     }
 
-    /// Waits until nobody has listened for so long: a page that is loaded anew is back by then.
+    /// Waits until no page has listened for the time `patience`, in which a page that is reloaded comes back.
     pub fn wait_until_alone(&self, patience: Duration) {
         let mut state = self.state();
         loop {
@@ -83,14 +83,16 @@ impl Feed {
         }
     }
 
-    /// Nobody panics while it is locked; what is there is whole all the same.
+    /// Locks the state. No thread panics while it holds the lock, so the state is consistent even if
+    /// poisoned.
     fn state(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Listener<'_> {
-    /// The messages that are new to it, for which it waits so long; none if none comes.
+    /// The messages that are new to the page. Waits for the first one up to the time `patience`; empty if
+    /// none comes.
     pub fn next(&mut self, patience: Duration) -> Vec<Message> {
         let state = self.feed.state();
         let is_new = |state: &mut State| state.messages.len() <= self.had;

@@ -1,4 +1,4 @@
-//! What there is to see inside of a module.
+//! Inspects the inside of a module.
 
 use serde::Serialize;
 use simavr_harness::{Context, Controller, Engine, Mcu, Module, Tasks};
@@ -6,9 +6,9 @@ use simulation::{CLOCK_HZ, Native, Robot, Transcript};
 use tasks::dock::Dock;
 use tasks::motor::Axis;
 
-/// A robot of which modules can be looked into.
+/// A robot whose modules can be inspected.
 pub trait Inspected: Robot {
-    /// What its simulation has of a module beside what all robots have.
+    /// The data that its simulation has of a module beyond those that all robots have.
     fn look(&self, _inspector: &mut Inspector) -> Machine {
         Machine::default()
     }
@@ -41,12 +41,12 @@ impl Inspected for Engine {
     }
 }
 
-/// Looks into one module again and again.
+/// Inspects one module repeatedly.
 pub struct Inspector {
     module: usize,
-    /// By MCU, once its program has begun.
+    /// By MCU, the tasks of its program; `None` before the first inspection.
     tasks: [Option<Tasks>; 2],
-    /// By MCU, when it was looked at last, and for how long it had been awake by then, in cycles.
+    /// By MCU, the cycle of the last inspection, and the cycles that it had been awake by then.
     before: [(u64, u64); 2],
 }
 
@@ -57,30 +57,30 @@ pub struct Inside {
     at: f64,
     module: usize,
     is_on: bool,
-    /// By name, what HORMONE counts.
+    /// The counts of HORMONE, by name.
     counts: Vec<(&'static str, u16)>,
-    /// What the accelerometer reads, in multiples of the acceleration of gravity.
+    /// The reading of the accelerometer, in multiples of the acceleration of gravity.
     acceleration: [f64; 3],
     #[serde(flatten)]
     machine: Machine,
     consoles: Vec<Console>,
 }
 
-/// What a machine has and a model has not.
+/// The data of a module in simavr that a native one does not have.
 #[derive(Default, Serialize)]
 pub struct Machine {
     mcus: Vec<McuNow>,
     links: Vec<Link>,
-    /// In the motors.
+    /// The currents in the motors.
     amperes: Option<[f64; 3]>,
-    /// Its voltage, and its charge in percent.
+    /// The battery's voltage, and its charge in percent.
     battery: Option<[f64; 2]>,
 }
 
 #[derive(Serialize)]
 struct McuNow {
     name: &'static str,
-    /// For how much of the time since the last look.
+    /// The fraction of the time since the last inspection.
     awake_percent: Option<f64>,
     tasks: Vec<TaskNow>,
 }
@@ -89,7 +89,7 @@ struct McuNow {
 struct TaskNow {
     name: String,
     state: String,
-    /// Bytes.
+    /// Bytes of the stack, and those that were ever used.
     stack: u16,
     used: u16,
 }
@@ -104,10 +104,10 @@ struct Link {
     gave_up: u16,
 }
 
-/// What the console of a module has told.
+/// The text that the console of a module has sent.
 #[derive(Serialize)]
 struct Console {
-    /// When it was asked, in seconds.
+    /// The time at which it was asked, in seconds.
     asked: f64,
     text: String,
     is_complete: bool,
@@ -118,7 +118,7 @@ impl Inspector {
         Inspector { module, tasks: [None, None], before: [(0, 0); 2] }
     }
 
-    /// Looks now.
+    /// Inspects the module now.
     pub fn look(&mut self, robot: &impl Inspected) -> Inside {
         let counts = robot.status(self.module).map_or_else(Vec::new, |status| {
             vec![

@@ -1,7 +1,7 @@
-//! `./x sim --view`: the run as a page in a browser, which shows it as it goes on and has a say in it.
+//! `./x sim --view`: the run as a page in a browser, which shows the run live and can intervene.
 //!
-//! The run goes on as far as a page asks it to, and else waits. What a page wants to happen happens between
-//! two steps, at a time that a robot file can name: so a run by hand can be repeated.
+//! The run advances as far as a page asks, and otherwise waits. An event that a page asks for happens between
+//! two steps, at a time that a robot file can name, so that an interactive run can be repeated.
 
 mod feed;
 mod inspect;
@@ -29,18 +29,18 @@ pub use inspect::Inspected;
 use inspect::Inspector;
 use server::{Answer, Asked, Server, Wish};
 
-/// For so long a page may be away, to be loaded anew, until the program takes it for gone.
+/// The time for which a page may be away, to be reloaded, before the program takes it for gone.
 const PATIENCE: Duration = Duration::from_secs(2);
 
-/// A run that pages look at.
+/// A run that pages show.
 pub struct View {
     feed: Arc<Feed>,
     asked: Receiver<Asked>,
-    /// Until when each page wants it to run, in cycles.
+    /// By page, the cycle up to which it wants the run to advance.
     until: BTreeMap<Option<Stream>, u64>,
-    /// For how long the run waited for pages.
+    /// The time for which the run has waited for pages.
     waited: Duration,
-    /// Into the module that each page looks into, if it does.
+    /// By page, the inspector of the module that it looks into, if any.
     inspectors: BTreeMap<Stream, Inspector>,
     /// The robot as a robot file without events, and its wiring at power-up.
     robot: String,
@@ -48,10 +48,10 @@ pub struct View {
 }
 
 impl View {
-    /// Begins to serve the page, and says where it is.
+    /// Begins to serve the page, and prints its address.
     ///
     /// # Errors
-    /// It can't be served.
+    /// The page can't be served.
     pub fn of(options: &Sim, scenario: &Scenario) -> Result<Option<Self>, Box<dyn Error>> {
         let Some(port) = options.view else { return Ok(None) };
         let modules = scenario.wiring.modules();
@@ -93,8 +93,8 @@ impl View {
             let now = run.robot.now();
             let is_due = run.events_to_come().next().is_some_and(|event| event.at <= now);
             let asked = if is_due || !now.is_multiple_of(EVERY) {
-                // Events of its own file, and ends of steps, come at other times: what is asked for waits. So
-                // it does for what is due now.
+                // Wishes wait while an event of the robot file is due, and while the run is between two
+                // looks: its own events and the ends of steps come at other times.
                 None
             } else if now < self.until() {
                 self.asked.try_recv().ok()
@@ -102,7 +102,7 @@ impl View {
                 Some(self.wait()?)
             };
             if let Some(Asked { wish, stream, answer }) = asked {
-                // Who asked may have gone.
+                // The page that asked may have gone.
                 let _ = answer.send(self.grant(wish, stream, options, run, display));
                 self.tell_news(run)?;
             } else {
@@ -118,13 +118,13 @@ impl View {
                 display.show(run, end, started.elapsed().saturating_sub(self.waited));
             }
         }
-        // Hormones that are under way come no further.
+        // The rest of the recording has the hormones that are still under way: they do not arrive any more.
         let rest = run.finish_recording().map(|rest| viewer::news(&rest)).transpose()?;
         rest.into_iter().for_each(|rest| self.feed.tell(rest));
         Ok(())
     }
 
-    /// Tells pages how it ended, and goes on serving until they are gone.
+    /// Tells pages how the run ended, and serves them until they are gone.
     ///
     /// # Errors
     /// Memory runs out.
@@ -144,7 +144,7 @@ impl View {
                     Wish::Timeline => Ok(file.clone()),
                     _ => Err("the run is over".into()),
                 };
-                // Who asked may have gone.
+                // The page that asked may have gone.
                 let _ = answer.send(granted);
             }
         });
@@ -152,10 +152,11 @@ impl View {
         Ok(())
     }
 
-    /// The robot as a robot file, with what has happened to it, and what of its own file still can.
+    /// The robot as a robot file, with the events that have happened, and those of its own file that still
+    /// can.
     fn file<R: Inspected>(&self, options: &Sim, run: &Run<R>) -> String {
         let mut forecast = Forecast::new(&self.wiring);
-        // What options have happen they have happen again.
+        // Events that options ask for are left out: the options will ask for them again.
         let of_options = loss(options);
         let events = run.happened().iter().chain(run.events_to_come());
         let events = events.filter(|event| Some(*event) != of_options.as_ref());
@@ -163,12 +164,12 @@ impl View {
         possible.fold(self.robot.clone(), |file, event| file + "\n" + &event.to_toml())
     }
 
-    /// For how long the run waited for pages.
+    /// The time for which the run has waited for pages.
     pub fn waited(&self) -> Duration {
         self.waited
     }
 
-    /// As far as any page wants it to run that is still there.
+    /// The latest cycle up to which a page that still listens wants the run to advance.
     fn until(&mut self) -> u64 {
         self.until.retain(|stream, _| stream.is_none_or(|stream| self.feed.has(stream)));
         self.until.values().copied().max().unwrap_or(0)
@@ -198,7 +199,7 @@ impl View {
                 let change = Change::from_toml(&lines).map_err(|error| error.to_string())?;
                 expect_possible(options, &change)?;
                 run.happen(change.clone()).map_err(|error| error.to_string())?;
-                // What is said stays: the next picture comes below.
+                // This message stays visible: the next picture is drawn below it.
                 display.finish();
                 say(format_args!("\n{}", Event { at: run.robot.now(), change }.to_toml()));
                 Ok(String::new())
@@ -208,7 +209,7 @@ impl View {
                 match module.filter(|&module| module >= modules) {
                     Some(module) => Err(format!("there is no module {module}: there are {modules}, from 0")),
                     None => {
-                        // Without a page there is nobody to tell.
+                        // Without a stream no page could get the data.
                         if let Some(stream) = stream {
                             self.inspectors.remove(&stream);
                             self.inspectors.extend(module.map(|module| (stream, Inspector::of(module))));
@@ -254,7 +255,7 @@ fn robot(scenario: &Scenario) -> Result<String, Box<dyn Error>> {
     Ok(format!("# Of the run by ./x sim {}\n{robot}", arguments.join(" ")))
 }
 
-/// An argument as a shell takes it, on one line and without what a comment of TOML may not have.
+/// An argument quoted for a shell, on one line and without characters that a comment of TOML may not have.
 fn quoted(argument: &str) -> String {
     match shlex::try_quote(argument) {
         Ok(quoted) if !argument.contains(|letter: char| letter.is_ascii_control()) => quoted.into(),
@@ -269,11 +270,11 @@ fn quoted(argument: &str) -> String {
     }
 }
 
-/// Opens the page where there is a desktop that does so.
+/// Opens the page in a browser, if there is a desktop.
 fn open(address: &str) {
     let is_desktop = ["DISPLAY", "WAYLAND_DISPLAY"].iter().any(|name| std::env::var_os(name).is_some());
     if is_desktop {
-        // Without a browser it is opened by hand.
+        // If this fails, the user opens the page by hand.
         let quiet = || Stdio::null();
         let _ = Command::new("xdg-open").arg(address).stdin(quiet()).stdout(quiet()).stderr(quiet()).spawn();
     }

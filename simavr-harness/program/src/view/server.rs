@@ -1,5 +1,5 @@
-//! Serves the page, on this machine alone: to whoever knows its address, which has a token, and to no page of
-//! another origin.
+//! Serves the page, on this machine only. A client has to know the address, which has a token, and a page of
+//! another origin is refused.
 
 use std::error::Error;
 use std::io::{self, Read, Write};
@@ -13,16 +13,17 @@ use tiny_http::{Header, Method, Request, Response};
 
 use super::feed::{Feed, Stream};
 
-/// A page that hears nothing for longer takes the connection for lost: so often it hears something.
+/// The longest interval between two messages to a page. A page that hears nothing for longer takes the
+/// connection for lost.
 const HEARTBEAT: Duration = Duration::from_millis(500);
 
 /// A message of no length.
 const NOTHING: [u8; 8] = [0; 8];
 
-/// The most bytes that a page sends at once.
+/// The most bytes of a request that are read.
 const LONGEST: u64 = 10_000;
 
-/// What each answer says beside what it answers.
+/// The headers of each answer.
 const HEADERS: [&str; 5] = [
     "Cache-Control: no-store",
     "Referrer-Policy: no-referrer",
@@ -31,32 +32,32 @@ const HEADERS: [&str; 5] = [
     "Cross-Origin-Resource-Policy: same-origin",
 ];
 
-/// What a page asks the run for.
+/// A wish of a page to the run.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Wish {
-    /// To run until so many seconds since power-up.
+    /// Run until this time since power-up, in s.
     Until(f64),
-    /// That something happens now: an event of a robot file, without its time.
+    /// Make an event happen now: an event of a robot file, without its time.
     Event(String),
-    /// To be told of this module all that there is to see inside of it, or of none.
+    /// Send the inside of this module from now on, or of none.
     Inspect(Option<usize>),
-    /// What has happened, as a robot file.
+    /// Return the events that have happened, as a robot file.
     Timeline,
 }
 
-/// What is said to it.
+/// The answer to a wish.
 pub type Answer = Result<String, String>;
 
-/// A wish, and where the answer goes.
+/// A wish, and the channel for its answer.
 pub struct Asked {
     pub wish: Wish,
-    /// Of which page it is, if that said so.
+    /// The page that asks, if it gave its number.
     pub stream: Option<Stream>,
     pub answer: Sender<Answer>,
 }
 
-/// What pages get.
+/// Serves the page, its messages, and answers to its wishes.
 pub struct Server {
     http: tiny_http::Server,
     page: String,
@@ -66,7 +67,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// A server at a port of the loopback, any that is free for 0. Wishes go to `asked`.
+    /// A server at a port of the loopback interface; 0 stands for any free port. Wishes go to `asked`.
     ///
     /// # Errors
     /// The port is taken, or the machine has no random numbers.
@@ -85,7 +86,7 @@ impl Server {
         Ok(Server { http, page, token, feed, asked })
     }
 
-    /// Where the page is.
+    /// The address of the page.
     pub fn address(&self) -> String {
         format!("http://{}/{}/", self.host(), self.token)
     }
@@ -99,8 +100,8 @@ impl Server {
         let server = Arc::new(self);
         for request in server.http.incoming_requests() {
             let server = Arc::clone(&server);
-            // Nobody waits for a page that is slow or listens, nor for the run, which may be in its step. Who
-            // asked may have gone.
+            // A thread for each request: a page may be slow or listen for long, and the run may be in a step.
+            // The client may have gone.
             thread::spawn(move || server.answer(request));
         }
     }
@@ -142,8 +143,8 @@ impl Server {
         }
     }
 
-    /// Whether it comes from the page, and was sent to this machine: neither by a page of another origin, nor
-    /// to a name that somebody else has led here.
+    /// Whether a request comes from the page and was sent to this machine. It must not come from a page of
+    /// another origin, nor use another host name that resolves to this machine.
     fn is_own(&self, request: &Request) -> bool {
         let field = |name: &'static str| {
             let header = request.headers().iter().find(|header| header.field.equiv(name));
@@ -156,13 +157,13 @@ impl Server {
     }
 }
 
-/// Whether a request to `asked` is one to this address of the loopback. A browser leaves port 80 out.
+/// Whether the host `asked` is this address of the loopback interface. A browser leaves port 80 out.
 fn is_name(asked: &str, address: &str) -> bool {
     let asked = asked.replace("localhost", "127.0.0.1");
     asked == address || Some(&*asked) == address.strip_suffix(":80")
 }
 
-/// Hands a wish to the run, and waits for what it says.
+/// Hands a wish to the run, and waits for the answer.
 fn ask(asked: &Sender<Asked>, stream: Option<Stream>, body: &str) -> Answer {
     let wish = serde_json::from_str(body).map_err(|error| format!("that is no wish: {error}"))?;
     let (answer, answered) = mpsc::channel();
@@ -171,7 +172,7 @@ fn ask(asked: &Sender<Asked>, stream: Option<Stream>, body: &str) -> Answer {
     answered.recv().map_err(is_over)?
 }
 
-/// Writes messages as they come, until the page goes, which is told its number.
+/// Writes messages as they come, until the page leaves. The header `Stream` tells the page its number.
 fn stream(request: Request, feed: &Feed, had: usize) {
     let mut listener = feed.listen(had);
     let mut writer = request.into_writer();
@@ -200,7 +201,7 @@ fn with_headers<R: Read>(response: Response<R>) -> Response<R> {
     HEADERS.iter().fold(response, |response, text| response.with_header(header(text)))
 }
 
-/// A header of this file.
+/// Parses a header that this file defines.
 fn header(text: &str) -> Header {
     text.parse().expect("it is ASCII with a colon")
 }

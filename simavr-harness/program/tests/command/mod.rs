@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// Where `./x build` puts the robot's images.
+/// The directory in which `./x build` puts the robot's images.
 pub fn images() -> PathBuf {
     std::env::var_os("SUPERBOT_IMAGES")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/images"), PathBuf::from)

@@ -1,4 +1,4 @@
-//! The cases in which both programs are tried.
+//! The cases in which both programs are compared.
 
 use std::path::Path;
 
@@ -17,26 +17,26 @@ use crate::engine::Engine;
 use crate::image::Place;
 use crate::part::Pin;
 
-/// A case. In all of them something pulls at the joints, so that they are controlled; two behaviours have
-/// something to do every 7 and 11 ms, and one answers an edge that comes once in 80 ms.
+/// A case. In all cases a load pulls at the joints, so that they are controlled; two behaviours have work
+/// every 7 ms and every 11 ms; and one behaviour answers an edge that comes once in 80 ms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Case {
-    /// Nothing else.
+    /// There is no other load.
     Control,
     /// Neighbours at all docks send as fast as they can.
     Saturated,
-    /// Those at four docks do, and hormones pass by the other two.
+    /// Neighbours at four docks send as fast as they can, and hormones pass by the other two docks.
     Crowded,
     /// Garbage comes in at all docks, at the full rate.
     Babble,
     /// A behaviour computes for 50 ms, every 200 ms.
     Computes,
-    /// Likewise, cut by hand into pieces of 0.1 ms, between which the loop looks at all the rest.
+    /// The same computation, cut by hand into pieces of 0.1 ms, between which the loop serves all the rest.
     ComputesInPieces,
-    /// It computes for up to 80 ms, which nobody knows beforehand.
+    /// A behaviour computes for up to 80 ms, a time that is not known beforehand.
     ComputesUnknown,
-    /// It does not come to an end.
+    /// A behaviour computes and never ends.
     Hangs,
 }
 
@@ -52,12 +52,12 @@ impl Case {
         Case::Hangs,
     ];
 
-    /// Whether it makes sense there: tasks need not be cut.
+    /// Whether the case applies to a style: tasks need not be cut into pieces.
     pub fn is_of(self, style: Style) -> bool {
         style == Style::Loop || self != Case::ComputesInPieces
     }
 
-    /// What the behaviour computes next, in pieces of 0.1 ms.
+    /// The length of the behaviour's next computation, in pieces of 0.1 ms.
     fn length(self, random: &mut Random) -> u16 {
         match self {
             Case::Control | Case::Saturated | Case::Crowded | Case::Babble => 0,
@@ -73,57 +73,57 @@ impl Case {
     }
 }
 
-/// What came of a case, on the master. Times are in us or ms, as their names say.
+/// The results of a case, on the master. Times are in us or ms, as the names of the fields say.
 #[derive(Clone, Debug, Serialize)]
 pub struct Row {
     pub case: Case,
     pub style: Style,
-    /// Periods of the joints' control that did not begin, since the one before was not done, the MCU started
-    /// over, or a joint was given up; and all.
+    /// Periods of the joints' control that did not begin, because the one before was not done, the MCU was
+    /// reset, or a joint was given up; and the number of all periods.
     pub control_missed: u64,
     pub control_periods: u64,
-    /// Whether none began any more towards the end.
+    /// Whether periods had stopped beginning by the end of the case.
     pub control_given_up: bool,
-    /// How much later one began than another at most; none where the MCU was reset.
+    /// From the earliest to the latest begin within a period; `None` if the MCU was reset.
     pub control_jitter_us: Option<f64>,
-    /// How long it took at most until the drives were computed.
+    /// The longest time from the begin of a period until the drives were computed.
     pub control_done_us_max: f64,
-    /// How far something turned a joint of the master that was to be kept at 0 degrees, at most.
+    /// The farthest that the load turned a joint of the master, which was to be kept at 0 degrees.
     pub joint_strays_deg_max: f64,
-    /// Bytes that came and found no place, unknown where the MCU was reset; and frames that neighbours of
-    /// this kind had to repeat.
+    /// Bytes and frames that came and were lost for want of space, `None` if the MCU was reset; and frames
+    /// that the head and the tail had to repeat.
     pub bytes_lost: Option<u64>,
     pub frames_repeated: u64,
-    /// Hormones that did not arrive, and the time from one module's HORMONE to the next one's.
+    /// Hormones that did not arrive, and the time from the HORMONE of one module to that of the next.
     pub hormones_lost: Option<u64>,
     pub hop_us_mean: Option<f64>,
     pub hop_us_max: Option<f64>,
-    /// From the edge to the answer; and edges that were not answered before the next.
+    /// The time from an edge to its answer; and edges that were not answered before the next one.
     pub reaction_us_mean: Option<f64>,
     pub reaction_us_max: Option<f64>,
     pub edges_unanswered: u64,
-    /// Of the two periods: those that passed without their behaviour, and how late it was at most.
+    /// How the behaviours with a period kept it.
     pub seven: Periodic,
     pub eleven: Periodic,
     /// The share of time in which the CPU is awake.
     pub cpu_percent: f64,
-    /// How often the watchdog bit.
+    /// The number of resets by the watchdog.
     pub resets: u64,
 }
 
-/// The pin whose edges are answered.
+/// The pin whose edges a behaviour answers.
 const EDGE: Pin = Pin { port: 'E', bit: 4 };
 
-/// How long it stays high, in cycles.
+/// The time for which the pin stays high, in cycles.
 const HIGH: u64 = MILLISECOND;
 
-/// How many bytes of the babble are zeros, each of which ends what may be a frame.
+/// The fraction of zeros in the babble. Each of them ends what may be a frame.
 const ZEROS: f64 = 1.0 / 16.0;
 
-/// Runs a case for so many seconds, on the images in `directory`.
+/// Runs a case for `seconds` seconds, on the images in `directory`.
 ///
 /// # Errors
-/// An image is not there, or does not do what is to be measured.
+/// An image is missing, or does not do what is to be measured.
 pub fn run(directory: &Path, case: Case, style: Style, seconds: u64) -> Result<Row, BenchError> {
     let images =
         ModuleImages { directory: directory.to_owned(), master: Some(directory.join(style.trial())) };
@@ -195,13 +195,13 @@ pub fn run(directory: &Path, case: Case, style: Style, seconds: u64) -> Result<R
     })
 }
 
-/// How far the joints of the master are from 0 degrees.
+/// The largest distance of a joint of the master from 0 degrees.
 fn strayed(engine: &Engine) -> f64 {
     let Some(module) = engine.robot().module(MEASURED) else { return 0.0 };
     MASTER_AXES.into_iter().map(|axis| module.body().joint(axis).degrees().abs()).fold(0.0, f64::max)
 }
 
-/// Drives the pin of the edge. Returns when.
+/// Drives the pin of the edge. Returns the cycle of the master.
 fn drive(engine: &mut Engine, level: bool) -> u64 {
     engine.robot_mut().module_mut(MEASURED).map_or(0, |module| {
         let master = module.mcu_mut(Controller::Master);

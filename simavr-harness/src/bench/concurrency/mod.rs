@@ -1,7 +1,8 @@
-//! Tasks against one loop: the same module, once with the kernel's tasks and once as a sequential program, in
-//! the same cases (paper, section 1: "The sequential programming style is inadequate for this purpose").
+//! Compares tasks with one loop: the same module, once with the kernel's tasks and once as a sequential
+//! program, in the same cases (paper, section 1: "The sequential programming style is inadequate for this
+//! purpose").
 //!
-//! The master is what differs. The slave, and what surrounds the module, are the same.
+//! Only the master differs. The slave and the module's surroundings are the same.
 
 mod case;
 mod size;
@@ -43,7 +44,7 @@ impl Style {
         }
     }
 
-    /// The one with what the bench adds.
+    /// The master's image with the additions of the bench.
     fn trial(self) -> &'static str {
         match self {
             Style::Tasks => "trial/firmware-master.elf",
@@ -52,16 +53,16 @@ impl Style {
     }
 }
 
-/// All that is measured.
+/// All results.
 #[derive(Clone, Debug, Serialize)]
 pub struct Concurrency {
-    /// For how long each case ran, in simulated seconds.
+    /// The length of each case, in simulated seconds.
     pub seconds: u64,
     pub styles: Vec<Program>,
     pub cases: Vec<Row>,
 }
 
-/// What does not depend on a case.
+/// The results that do not depend on a case.
 #[derive(Clone, Debug, Serialize)]
 pub struct Program {
     pub style: Style,
@@ -69,17 +70,17 @@ pub struct Program {
     /// The share of time in which the master is awake in the middle of a chain whose joints are at rest, in
     /// percent.
     pub cpu_at_rest_percent: f64,
-    /// On a step of 30 degrees: how far a joint swings beyond it, in percent, and how far off it ends.
+    /// On a step of 30 degrees: the overshoot of a joint, in percent, and its error in the end.
     pub step_overshoot_percent: f64,
     pub step_error_deg: f64,
-    /// How soon the module is back in the robot when garbage at all docks has ended, in ms at most.
+    /// The longest time in ms until the module is back in the robot after garbage at all docks has ended.
     pub babble_recovery_ms: f64,
 }
 
-/// Measures both on the images in `directory`, each case for so many seconds.
+/// Measures both styles on the images in `directory`, each case for `seconds` seconds.
 ///
 /// # Errors
-/// An image is not there, or does not do what is to be measured.
+/// An image is missing, or does not do what is to be measured.
 pub fn measure(directory: &Path, seconds: u64) -> Result<Concurrency, BenchError> {
     let images = Style::ALL.into_iter().flat_map(|style| [style.image(), style.trial()]);
     if let Some(image) = images.into_iter().find(|image| !directory.join(image).is_file()) {
@@ -105,7 +106,7 @@ pub fn measure(directory: &Path, seconds: u64) -> Result<Concurrency, BenchError
     })
 }
 
-/// What does not depend on a case, of one of the two.
+/// Measures what does not depend on a case, for one style.
 fn program(directory: &Path, style: Style) -> Result<Program, BenchError> {
     let images =
         ModuleImages { directory: directory.to_owned(), master: Some(directory.join(style.image())) };
@@ -120,7 +121,7 @@ fn program(directory: &Path, style: Style) -> Result<Program, BenchError> {
     })
 }
 
-/// The load of the master of a spine between two others, in percent.
+/// The CPU load of the measured module's master between two neighbours, in percent.
 fn at_rest(images: &ModuleImages) -> Result<f64, BenchError> {
     let mut engine = Engine::new(chain(images, 3)?.build()?, 1);
     engine.run_until(2 * SECOND);
@@ -132,7 +133,7 @@ fn at_rest(images: &ModuleImages) -> Result<f64, BenchError> {
     Ok(100.0 * (awake(&engine) - before) as f64 / (10 * SECOND) as f64)
 }
 
-/// The module between a head and a tail, in a robot of so many.
+/// The measured module between a head and a tail, in a robot of `modules` modules.
 fn chain(images: &ModuleImages, modules: usize) -> Result<RobotBuilder, BenchError> {
     Ok(RobotBuilder::new(images.firmware()?, modules)
         .attach(Face { module: MEASURED, dock: Dock::Front }, Face { module: 1, dock: Dock::Back })

@@ -1,4 +1,4 @@
-//! What the two programs take of the MCU, and of whoever writes them.
+//! The size of the two programs, in the MCU and in lines of source.
 
 use serde::Serialize;
 
@@ -9,18 +9,18 @@ use crate::image::{Image, Place};
 /// Bytes and lines.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct Size {
-    /// All of the image.
+    /// The whole image.
     pub flash_bytes: usize,
-    /// Of it functions of the kernel.
+    /// The part of the flash that functions of the kernel take.
     pub flash_of_kernel_bytes: usize,
-    /// Variables and the stacks of tasks. What handlers need of the rest is the same.
+    /// Variables and the stacks of tasks. Handlers need the same of the remaining RAM in both programs.
     pub ram_bytes: usize,
-    /// Of it the stacks.
+    /// The part of the RAM that the stacks of tasks take.
     pub stack_bytes: usize,
-    /// Of what is there for this program alone: its wiring, and what gives the state machines their turns.
-    /// Lines that are neither empty nor comment.
+    /// Lines of the sources that only this program has: its wiring, and the code that runs the state
+    /// machines. Lines that are empty or comment do not count.
     pub lines: usize,
-    /// Of what the bench adds.
+    /// Lines of the additions of the bench.
     pub trial_lines: usize,
 }
 
@@ -28,7 +28,7 @@ pub struct Size {
 const RAM: u16 = 0x100;
 
 impl Size {
-    /// Of the master's `image`.
+    /// The size of the master's `image`.
     pub fn of(image: &Image, style: Style) -> Size {
         let sum = |is_meant: fn(&str, bool) -> bool| -> usize {
             named(image).filter(|(name, _, is_code)| is_meant(name, *is_code)).map(|(_, size, _)| size).sum()
@@ -53,7 +53,7 @@ fn is_of_kernel(name: &str) -> bool {
     name.starts_with("kernel_") || crate_of(name) == Some("kernel")
 }
 
-/// The symbols of an image, with their bytes, and whether they are code.
+/// The symbols of an image: name, bytes, and whether it is code.
 fn named(image: &Image) -> impl Iterator<Item = (String, usize, bool)> {
     image.symbols().filter_map(|(name, symbol)| {
         let is_code = match symbol.place {
@@ -65,7 +65,7 @@ fn named(image: &Image) -> impl Iterator<Item = (String, usize, bool)> {
     })
 }
 
-/// The sources that are there for this program alone.
+/// The sources that only this program has.
 fn of_style(style: Style) -> Vec<&'static str> {
     match style {
         Style::Tasks => vec![
@@ -97,12 +97,12 @@ fn trial(style: Style) -> &'static str {
     }
 }
 
-/// The body of a task, which is there for the kernel alone.
+/// The body of a task, which only the program with the kernel has.
 fn run_of(source: &str) -> &str {
     function(source, "pub fn run")
 }
 
-/// The function that begins so, up to the brace at a line's start.
+/// The function that begins with `begin`, up to the closing brace at the start of a line.
 fn function<'s>(source: &'s str, begin: &str) -> &'s str {
     let Some(start) = source.find(&format!("\n{begin}")) else { return "" };
     let rest = &source[start..];

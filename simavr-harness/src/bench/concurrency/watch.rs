@@ -1,4 +1,4 @@
-//! What is seen of the module while a case runs.
+//! Observes the module while a case runs.
 
 use hormone::event::Event as Behaviour;
 use serde::Serialize;
@@ -12,15 +12,15 @@ use crate::engine::Engine;
 /// How a behaviour with a period kept it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Periodic {
-    /// Periods, and those of them in which the behaviour did nothing.
+    /// Periods, and the periods in which the behaviour had no turn.
     pub periods: u64,
     pub missed: u64,
-    /// How much longer than a period it paused at most, in ms.
+    /// The longest pause between two turns beyond a period, in ms.
     pub late_ms_max: f64,
 }
 
 impl Periodic {
-    /// Of turns at these times, the first of which was in time, until `end`.
+    /// The result for turns at the cycles `turns`, the first of which was on time, until `end`.
     fn of(turns: &[u64], period: u64, end: u64) -> Periodic {
         let Some(&first) = turns.first() else {
             return Periodic { periods: 0, missed: 0, late_ms_max: 0.0 };
@@ -56,7 +56,7 @@ pub struct Watch {
 }
 
 impl Watch {
-    /// From now on.
+    /// Begins to watch.
     pub fn begin(engine: &mut Engine) -> Self {
         engine.take_events();
         Watch {
@@ -73,12 +73,12 @@ impl Watch {
         }
     }
 
-    /// An edge has come.
+    /// Notes an edge at `cycle`.
     pub fn edge(&mut self, cycle: u64) {
         self.unanswered += u64::from(self.edge.replace(cycle).is_some());
     }
 
-    /// Looks at what has happened since the last call.
+    /// Evaluates the markers and counters since the last call.
     pub fn look(&mut self, engine: &mut Engine) {
         for told in engine.take_events() {
             if told.controller != Controller::Master {
@@ -91,7 +91,7 @@ impl Watch {
                 self.mark(told.cycle, told.value);
             }
         }
-        // A reset begins them anew.
+        // A reset sets the counters back to 0.
         let overruns = overruns(engine);
         for (now, before) in overruns.into_iter().zip(self.overruns) {
             self.bytes_lost += u64::from(now.checked_sub(before).unwrap_or(now));
@@ -111,13 +111,13 @@ impl Watch {
         }
     }
 
-    /// From an edge to the answer, in cycles: mean and longest.
+    /// The time from an edge to its answer, in cycles: mean and longest.
     pub fn reaction(&self) -> Option<(f64, u64)> {
         let longest = self.reactions.iter().copied().max()?;
         Some((self.reactions.iter().sum::<u64>() as f64 / self.reactions.len() as f64, longest))
     }
 
-    /// How the behaviour that says `mark` every so many ms kept its period, until `end`.
+    /// How the behaviour that writes `mark` every `period_ms` ms kept its period, until `end`.
     pub fn periodic(&self, mark: u8, period_ms: u16, end: u64) -> Periodic {
         let turns: Vec<u64> =
             self.marks.iter().filter(|(_, value)| *value == mark).map(|(cycle, _)| *cycle).collect();
@@ -125,7 +125,7 @@ impl Watch {
     }
 }
 
-/// Bytes and frames that the links of the measured master have lost on the way in.
+/// The bytes and frames that each link of the measured master has lost on the way in.
 fn overruns(engine: &Engine) -> [u16; 3] {
     let mut overruns = [0; 3];
     if let Some(module) = engine.robot().module(MEASURED) {

@@ -1,5 +1,5 @@
-//! Garbage at full baud on all six docks of a module, and how soon the module is back in the robot when it
-//! ends.
+//! Sends garbage at full baud to all six docks of a module, and measures how soon the module is back in the
+//! robot after it ends.
 
 use simulation::{Change, Face, Links, Random, Robot, WiringError};
 use tasks::dock::Dock;
@@ -12,7 +12,7 @@ use crate::character::Character;
 use crate::engine::Engine;
 use crate::robot::RobotBuilder;
 
-/// What comes of babble.
+/// The results of babble.
 pub struct Babble {
     /// Periods of the joints' control that did not begin meanwhile.
     pub missed: u64,
@@ -20,14 +20,14 @@ pub struct Babble {
     pub recovery: u64,
 }
 
-/// How many of the bytes are zeros, run by run: each ends what may be a frame, and wakes the dock's task.
-/// Chance alone makes it one in 256.
+/// The fraction of zeros in the bytes of each run. A zero ends what may be a frame, and wakes the dock's
+/// task. Uniformly random bytes have one zero in 256.
 const ZEROS: [f64; 6] = [0.0, 1.0 / 256.0, 1.0 / 16.0, 0.25, 0.5, 1.0];
 
-/// How long the babble lasts, in turns of the joints' load.
+/// The length of the babble, in turns of the joints' load.
 const TURNS: u64 = 25;
 
-/// Babbles at the spine of a chain of three, several times; the worst counts.
+/// Sends babble to the spine of a chain of three, several times; the worst result counts.
 pub fn measure(images: &ModuleImages) -> Result<Babble, BenchError> {
     let mut worst = Babble { missed: 0, recovery: 0 };
     for (seed, zeros) in (1..).zip(ZEROS) {
@@ -37,7 +37,7 @@ pub fn measure(images: &ModuleImages) -> Result<Babble, BenchError> {
     Ok(worst)
 }
 
-/// One run: it ends at its own time between two beats of the head.
+/// One run. Each ends at another time between two beats of the head.
 fn run(images: &ModuleImages, seed: u64, zeros: f64) -> Result<Babble, BenchError> {
     let neighbours = [Face { module: 1, dock: Dock::Back }, Face { module: 2, dock: Dock::Front }];
     let robot = RobotBuilder::new(images.firmware()?, 3)
@@ -60,7 +60,7 @@ fn run(images: &ModuleImages, seed: u64, zeros: f64) -> Result<Babble, BenchErro
     Ok(babble)
 }
 
-/// Lets nothing through of what the neighbours say to the module, or all.
+/// Sets the probability that a frame from the neighbours to the module is lost: 1 for babble, 0 after it.
 pub fn drown(engine: &mut Engine, neighbours: [Face; 2], probability: f64) -> Result<(), BenchError> {
     for face in neighbours {
         let change = Change::Loss { links: Links::From(face), probability };
@@ -69,7 +69,7 @@ pub fn drown(engine: &mut Engine, neighbours: [Face; 2], probability: f64) -> Re
     Ok(())
 }
 
-/// Has a turn's garbage come in at all docks, at the full rate.
+/// Delivers the garbage of a turn to all docks, at the full rate. `zeros` is the fraction of zeros.
 pub fn babble(engine: &mut Engine, random: &mut Random, zeros: f64) {
     let now = engine.cycle();
     let Some(module) = engine.robot_mut().module_mut(MEASURED) else { return };

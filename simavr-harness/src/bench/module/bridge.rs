@@ -1,4 +1,4 @@
-//! How much the bridge between a module's MCUs carries.
+//! Measures the throughput of the bridge between a module's MCUs.
 
 use std::path::Path;
 
@@ -13,11 +13,11 @@ use crate::robot::RobotBuilder;
 /// acknowledgement each, STOP.
 const WIRE: u64 = (1 + 21 * 9 + 1) * SECOND / 400_000;
 
-/// The bridge's throughput in a second over what the wires can carry. A master sends messages to its slave as
-/// fast as the bridge takes them; the test images `bench_bridge_*` lie in `directory`.
+/// The bridge's throughput in a second, as a fraction of what the wires can carry. A master sends messages to
+/// its slave as fast as the bridge takes them. The test images `bench_bridge_*` are in `directory`.
 ///
 /// # Errors
-/// An image is not there, or a message is lost.
+/// An image is missing, or a message is lost.
 pub fn bridge_efficiency(directory: &Path) -> Result<f64, BenchError> {
     let images = images(directory, "bench_bridge_a", "bench_bridge_b")?;
     let mut engine = Engine::new(RobotBuilder::new(images, MEASURED + 1).seed(1).build()?, 1);

@@ -1,5 +1,5 @@
-//! A module that is busy: bytes come in at all of its docks without a pause, and something pulls at its
-//! joints. How long the joints' control takes then, and how long interrupts wait.
+//! Measures a busy module: how long its control of the joints takes, and how long interrupts wait, while
+//! bytes come in at all docks without a pause and a load pulls at the joints.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -24,14 +24,14 @@ use crate::probe::Edge;
 use crate::robot::RobotBuilder;
 use crate::trace::Trace;
 
-/// What comes in at all docks, without a pause.
+/// The bytes that come in at all docks, without a pause.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Load {
     /// Messages whose bits alternate, as many as a line carries.
     Frames,
-    /// Bytes by chance, one in four a zero.
+    /// Random bytes, one in four a zero.
     Babble,
-    /// Nothing but ends of frames.
+    /// Only the bytes that end a frame.
     Zeros,
 }
 
@@ -45,40 +45,40 @@ impl fmt::Display for Load {
     }
 }
 
-/// The longest that was seen on one MCU, in cycles.
+/// The longest times on one MCU, in cycles.
 pub struct Seen {
     pub controller: Controller,
-    /// A period of the joints' control, from when it is due, to within some 60 cycles, to when its drives are
-    /// computed.
+    /// By load, the time from when a period of the joints' control is due, to within some 60 cycles, until
+    /// its drives are computed.
     pub control: Vec<(Load, u64)>,
-    /// How long an interrupt waits, by its vector: those of the timers that have a period, and of what both
-    /// USARTs receive.
+    /// The time that an interrupt waits, by its vector: the interrupts of periodic timers, and the receive
+    /// interrupts of both USARTs.
     pub waited: BTreeMap<u8, u64>,
 }
 
-/// For how long something pulls at the joints one way, and how often for each load.
+/// The time for which the load pulls at the joints in one direction, and how often it does for each [`Load`].
 const TURN: u64 = 50 * MILLISECOND;
 const TURNS: u64 = 5;
 
-/// Fewer periods of the joints' control than this, of each load, are too few.
+/// The fewest periods of the joints' control that each load must have.
 const PERIODS: usize = 100;
 
 /// The serial ports of an MCU: the third is the one in software.
 const PORTS: usize = 3;
 
-/// The interrupts whose waiting is measured: of the rounds of measurement, of the tick, and of what each
-/// USART has received.
+/// The interrupts whose waiting is measured: that of the rounds of measurement, that of the tick, and the
+/// receive interrupt of each USART.
 const ROUND: u8 = 9;
 const TICK: u8 = 15;
 const RECEIVED: [u8; 2] = [18, 30];
 
-/// What came in where.
+/// The characters that came in, each with its MCU and serial port.
 type Came = Vec<(Controller, usize, Character)>;
 
-/// Has a module of these images be busy in each way.
+/// Measures a module, with the images in `directory`, under each load.
 ///
 /// # Errors
-/// An image is not there, or does not control its joints.
+/// An image is missing, or does not control its joints.
 pub fn measure(directory: &Path) -> Result<[Seen; 2], BenchError> {
     let mut engine = walking(directory)?;
     let (mut random, mut came) = (Random::new(1), Came::new());
@@ -109,7 +109,7 @@ pub fn measure(directory: &Path) -> Result<[Seen; 2], BenchError> {
     Ok(seen)
 }
 
-/// A module that walks, and hears no more of the neighbour behind it.
+/// A module that walks, and no longer hears the neighbour behind it.
 fn walking(directory: &Path) -> Result<Engine, BenchError> {
     let images = ModuleImages { directory: directory.to_owned(), master: None };
     let [here, there] =
@@ -131,18 +131,18 @@ fn mcu(engine: &mut Engine, controller: Controller) -> Result<&mut Mcu, BenchErr
     Ok(module.ok_or_else(|| unmeasurable("robot", "it has no module"))?.mcu_mut(controller))
 }
 
-/// The bytes of a message that nobody has sent yet, and whose bits alternate.
+/// The bytes of a new message whose bits alternate. Its turn differs from that of the message before.
 fn message(number: u64) -> Vec<u8> {
     let turn = if number.is_multiple_of(2) { Turn::Even } else { Turn::Odd };
     let label = Label { signature: Signature { dock: Dock::Front, epoch: 0x55 }, turn };
     let mut wire = WireBuffer::new();
     let frame = Frame::Data { label, to: TaskCode::HORMONE, payload: &[0x55; MAX_PAYLOAD] };
-    // It is as long as a message may be.
+    // The payload is of the greatest length, so encoding does not fail.
     let _ = frame.encode(&mut wire);
     wire.bytes().to_vec()
 }
 
-/// Has a turn's bytes come in at all docks of the module.
+/// Delivers the bytes of a turn to all docks of the module.
 fn come_in(engine: &mut Engine, load: Load, random: &mut Random, came: &mut Came) -> Result<(), BenchError> {
     let now = engine.cycle();
     for (port, controller) in (0..PORTS).flat_map(|port| Controller::ALL.map(|mcu| (port, mcu))) {
@@ -172,8 +172,8 @@ fn come_in(engine: &mut Engine, load: Load, random: &mut Random, came: &mut Came
     Ok(())
 }
 
-/// The longest from when a period was due to when its drives were computed. A period is due at the same time
-/// of each, as early as any of them began.
+/// The longest time from when a period was due until its drives were computed. Periods are due 1 ms apart, at
+/// the phase of the one that began earliest within its millisecond.
 fn longest(edges: &[Edge]) -> Result<u64, BenchError> {
     let begins = edges.iter().filter(|edge| edge.level);
     let due = begins.clone().map(|edge| edge.cycle % MILLISECOND).min().unwrap_or(0);
@@ -186,14 +186,14 @@ fn longest(edges: &[Edge]) -> Result<u64, BenchError> {
     Ok(spans.max().unwrap_or(0))
 }
 
-/// How long interrupts have waited at most, by vector: since `start`.
+/// The longest time that interrupts have waited since `start`, by vector.
 fn waited(trace: &Trace, came: &Came, controller: Controller, start: u64) -> BTreeMap<u8, u64> {
     let accepted = |vector| {
         let of_vector = trace.interrupts.iter().filter(move |slice| slice.what == vector);
         of_vector.map(|slice| slice.begin).filter(move |&begin| begin >= start)
     };
     let of_period = [ROUND, TICK].map(|vector| {
-        // It is due at the same time of each period, as early as it was ever accepted.
+        // It is due once in a period, at the earliest phase at which it was ever accepted.
         let due = accepted(vector).map(|begin| begin % MILLISECOND).min().unwrap_or(0);
         let waits = accepted(vector).map(|begin| (begin + MILLISECOND - due) % MILLISECOND);
         (vector, waits.max().unwrap_or(0))

@@ -1,5 +1,5 @@
-//! Whether the joints' control keeps time: something pulls at the joints, so that they are never at rest, and
-//! the pin that is high while the control computes is watched.
+//! Measures whether the joints' control keeps time. A load pulls at the joints, so that they are never at
+//! rest, and a probe watches the pin that is high while the control computes.
 
 use tasks::motor::Axis;
 
@@ -13,25 +13,25 @@ use crate::probe::Edge;
 /// Cycles of a period of the joints' control.
 const PERIOD: u64 = MILLISECOND;
 
-/// What pulls at the joints, in Nm, to and fro: more than friction.
+/// The load on the joints, in Nm, in alternating directions: more than friction.
 pub const PULL: f64 = 3.0;
 
-/// How often that is turned, in cycles.
+/// The time after which the load changes its direction, in cycles.
 pub const TURN: u64 = 80 * MILLISECOND;
 
 /// Watches the control of the module's joints, in turns of [`TURN`].
 pub struct Control {
-    /// When its periods began, on each MCU.
+    /// The cycles at which periods began, on each MCU.
     begins: [Vec<u64>; 2],
-    /// When it was done with them.
+    /// The cycles at which the computation of a period was done, on each MCU.
     ends: [Vec<u64>; 2],
-    /// When it began to be watched, and until when it was.
+    /// The cycles at which watching began and ended.
     watched: [u64; 2],
     turns: u64,
 }
 
 impl Control {
-    /// Pulls at the joints, and watches from a turn later on.
+    /// Pulls at the joints, and begins to watch a turn later.
     pub fn watch(engine: &mut Engine) -> Self {
         pull(engine, PULL);
         engine.run_until(engine.cycle() + TURN);
@@ -49,7 +49,7 @@ impl Control {
         self.turn_by(engine, Engine::run_until);
     }
 
-    /// Has `run` run for a turn, up to the cycle that it is given.
+    /// Runs for a turn by `run`, which gets the cycle at which the turn ends.
     pub fn turn_by(&mut self, engine: &mut Engine, run: impl FnOnce(&mut Engine, u64)) {
         pull(engine, if self.turns.is_multiple_of(2) { -PULL } else { PULL });
         self.turns += 1;
@@ -66,12 +66,12 @@ impl Control {
         }
     }
 
-    /// How well the master kept time.
+    /// How well the master kept time; `None` if it began no period.
     pub fn of_master(&self) -> Option<Rhythm> {
         Rhythm::of(&self.begins[0], self.watched)
     }
 
-    /// How long the master took at most from the begin of a period until it was done with it, in cycles.
+    /// The longest time that the master took from the begin of a period until it was done, in cycles.
     pub fn longest(&self) -> u64 {
         let [begins, _] = &self.begins;
         let [ends, _] = &self.ends;
@@ -83,17 +83,17 @@ impl Control {
         spans.max().unwrap_or(0)
     }
 
-    /// When the master began its last period; 0 if it did none.
+    /// The cycle at which the master began its last period; 0 if it began none.
     pub fn last(&self) -> u64 {
         self.begins[0].last().copied().unwrap_or(0)
     }
 
-    /// Periods that should have begun.
+    /// The number of periods that should have begun.
     pub fn periods(&self) -> u64 {
         self.turns * TURN / PERIOD
     }
 
-    /// How well both MCUs kept time.
+    /// The worse values of both MCUs.
     pub fn rhythm(&self) -> Result<Rhythm, BenchError> {
         let mut worst = Rhythm { jitter: 0, missed: 0 };
         for begins in &self.begins {
@@ -115,8 +115,8 @@ pub fn pull(engine: &mut Engine, torque: f64) {
     }
 }
 
-/// From the earliest to the latest begin within a period, in cycles, among periods that follow each other:
-/// after a rest they count from anew.
+/// From the earliest to the latest begin within a period, in cycles, among consecutive periods. After a rest
+/// the count starts again.
 pub fn jitter(begins: &[u64]) -> u64 {
     let runs = begins.chunk_by(|one, next| (next - one).abs_diff(PERIOD) < PERIOD / 2);
     let rhythm = |run: &[u64]| Rhythm::of(run, [*run.first()?, *run.last()?]);
@@ -133,10 +133,10 @@ pub struct Rhythm {
 }
 
 impl Rhythm {
-    /// Of the periods that began between two moments; `None` without any.
+    /// The rhythm of the periods that began between the cycles `start` and `end`; `None` if none began.
     fn of(begins: &[u64], [start, end]: [u64; 2]) -> Option<Rhythm> {
         let first = *begins.first()?;
-        // From the nearest multiple of a period after the first.
+        // The offset of each begin from the nearest multiple of a period, counted from the first one.
         let offsets = || {
             begins.iter().map(|begin| {
                 let nearest = (begin - first + PERIOD / 2) / PERIOD * PERIOD;
@@ -144,8 +144,9 @@ impl Rhythm {
             })
         };
         let jitter = offsets().max()?.abs_diff(offsets().min()?);
-        // From one begin to the next, and to both ends. Their number alone would not tell: with a begin that
-        // is due as the watch ends one more or less is in time.
+        // Missed periods show in the gaps between begins, and between these and both ends of the watch. The
+        // number of begins alone would not do: one that is due just as the watch ends may or may not be among
+        // them.
         let from = [start].into_iter().chain(begins.iter().copied());
         let to = begins.iter().copied().chain([end]);
         let missed = |(from, to): (u64, u64)| ((to - from + PERIOD / 2) / PERIOD).saturating_sub(1);
@@ -165,7 +166,7 @@ mod tests {
         assert_eq!(rhythm(&[100, 16_100, 32_100]), Some((0, 0)));
         assert_eq!(rhythm(&[100, 16_400, 32_050]), Some((350, 0)));
         assert_eq!(rhythm(&[100, 32_110]), Some((10, 1)));
-        // One that is due as the watch ends or begins is not missed.
+        // A period that is due as the watch ends or begins is not missed.
         assert_eq!(rhythm(&[15_990, 32_000]), Some((10, 0)));
         assert_eq!(rhythm(&[16_010, 32_000, 47_990]), Some((20, 0)));
         assert_eq!(rhythm(&[24_100, 40_100]), Some((0, 1)), "none began at first");

@@ -1,4 +1,5 @@
-//! How much a link carries: two MCUs with the robot's own tasks, and a wire with wrong bits between them.
+//! Measures the throughput of a link: two MCUs with the robot's own tasks, and a wire with bit errors between
+//! them.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -14,12 +15,12 @@ use crate::part::Part;
 
 const BITS: f64 = 10.0;
 
-/// The link's throughput in a minute, when each bit is wrong with the probability `bit_errors`, over that of
-/// stop-and-wait with no time between a frame and its ACK, in which a lost frame or ACK costs no more than
-/// they take. The test images `bench_link_*` lie in `directory`.
+/// The link's throughput in a minute, with each bit wrong with the probability `bit_errors`, as a fraction of
+/// a bound. The bound is stop-and-wait with no time between a frame and its ACK, in which a lost frame or ACK
+/// costs only the time on the wire of both. The test images `bench_link_*` are in `directory`.
 ///
 /// # Errors
-/// An image is not there, or no link.
+/// An image is missing, or has no link.
 pub fn link_efficiency(directory: &Path, bit_errors: f64) -> Result<f64, BenchError> {
     let cycles = 60 * SECOND;
     let Carried { messages, frame, ack } = carried(directory, bit_errors, cycles)?;
@@ -28,15 +29,15 @@ pub fn link_efficiency(directory: &Path, bit_errors: f64) -> Result<f64, BenchEr
     Ok(f64::from(messages) / bound)
 }
 
-/// What a link carries.
+/// The load that a link carried.
 struct Carried {
     messages: u16,
-    /// Bytes on the wire of a message of 16 bytes, and of an ACK, on average: some take one more than others.
+    /// The average bytes on the wire of a message of 16 bytes, and of an ACK: some take one more than others.
     frame: f64,
     ack: f64,
 }
 
-/// What a link carries in so many cycles.
+/// Runs a link for `cycles` cycles.
 fn carried(directory: &Path, bit_errors: f64, cycles: u64) -> Result<Carried, BenchError> {
     let mcu = |name: &str, seed| {
         let image = Arc::new(Image::load(directory.join(name).with_extension("elf"))?);
@@ -46,7 +47,7 @@ fn carried(directory: &Path, bit_errors: f64, cycles: u64) -> Result<Carried, Be
     let mut random = Random::new(1);
     let warm_up = 200 * MILLISECOND;
     let mut before = 0;
-    // Of each end, the bytes that it sent, and the frames.
+    // For each end, the bytes and the frames that it sent.
     let mut sent = [(0, 0); 2];
     for window in 1..(warm_up + cycles) / BYTE {
         for end in &mut ends {
@@ -69,15 +70,15 @@ fn carried(directory: &Path, bit_errors: f64, cycles: u64) -> Result<Carried, Be
     Ok(Carried { messages: in_turn(&ends[1])?.wrapping_sub(before), frame, ack })
 }
 
-/// What arrives of a character when each bit is wrong with this probability. Without its start bit, or its
-/// stop bit, it is none.
+/// The character that arrives when each bit is wrong with the probability `bit_errors`; `None` if the start
+/// bit or the stop bit is wrong.
 fn carry(character: Character, bit_errors: f64, random: &mut Random) -> Option<Character> {
     let [start, stop] = [(); 2].map(|()| random.chance(bit_errors));
     let wrong = (0..8).fold(0, |wrong, bit| wrong | u8::from(random.chance(bit_errors)) << bit);
     (!start && !stop).then_some(Character { value: character.value ^ wrong, ..character })
 }
 
-/// Messages that have come in turn to the MCU of a test image that counts them; the count wraps.
+/// The number of messages that have come in turn, as the test image on `mcu` counts them; the count wraps.
 pub fn in_turn(mcu: &Mcu) -> Result<u16, BenchError> {
     word(mcu, "IN_TURN")
 }

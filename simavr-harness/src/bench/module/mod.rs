@@ -1,5 +1,5 @@
-//! The module's figures: what its joints do, what its lines carry, whether all is done in time while
-//! everything else is busy, and how soon the module is itself again after a fault.
+//! The module's figures: the motion of its joints, the throughput of its lines, whether deadlines are met
+//! while everything is busy, and how soon the module recovers after a fault.
 
 pub(super) mod babble;
 mod bridge;
@@ -35,69 +35,69 @@ pub use step::{Sample, step_response};
 pub use watchdog::watchdog_recovery;
 pub use weight::{Weight, under_weight};
 
-/// The figures of a module. Of two MCUs, and of several joints, the worse counts.
+/// The figures of a module. Of two MCUs, and of several joints, the worst value counts.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub struct ModuleFigures {
-    /// How much later a period of the joints' control begins than another, at most, in us, while the module
-    /// is saturated. A period begins where it matters when it does: the last drives take effect, and the
-    /// joints are measured for the next.
+    /// From the earliest to the latest begin within a period of the joints' control, in us, while the module
+    /// is saturated. The begin of a period is the instant that counts: the last drives take effect, and the
+    /// joints are measured for the next ones.
     pub pid_jitter_us_max: f64,
-    /// Periods in which it did not begin, then.
+    /// Periods of the joints' control that did not begin while the module was saturated.
     pub pid_missed: u64,
-    /// How far a joint swings beyond its target on a step of 30 degrees, in percent of that.
+    /// The overshoot of a joint on a step of 30 degrees, in percent of the step.
     pub step_overshoot_percent: f64,
-    /// How far it is from the target in the end, in degrees.
+    /// The distance of a joint from its target at the end of the step, in degrees.
     pub step_error_deg: f64,
-    /// The fraction of time in which the CPU is awake: in the middle of a chain whose joints are at rest,
+    /// The fraction of time in which the CPU is awake, in the middle of a chain whose joints are at rest.
     pub cpu_idle: f64,
-    /// and saturated.
+    /// The fraction of time in which the CPU is awake while the module is saturated.
     pub cpu_saturated: f64,
-    /// Bytes that a UART in software got wrong, lost or sent wrongly, of a million and of those of the
+    /// Bytes that a UART in software received wrongly, lost or sent wrongly, of a million and of those of the
     /// saturated module.
     pub soft_uart_errors: u64,
-    /// What a link carries over the bound of stop-and-wait: on a good line,
+    /// A link's throughput as a fraction of the bound of stop-and-wait, on a good line.
     pub link_efficiency_0: f64,
-    /// with one wrong bit in 10,000,
+    /// The same with one wrong bit in 10,000.
     pub link_efficiency_1e4: f64,
-    /// and with one in 1,000.
+    /// The same with one wrong bit in 1,000.
     pub link_efficiency_1e3: f64,
-    /// Of a million messages over links that lose 30 % of the frames each way, those that were lost without
-    /// notice, came twice or out of turn. Without an MCU: the ARQ alone.
+    /// The messages that were lost without notice, came twice or came out of turn, of a million over links
+    /// that lose 30 % of the frames each way. Measured on the ARQ alone, without an MCU.
     pub link_violations: usize,
-    /// What the bridge carries over what its wires can.
+    /// The bridge's throughput as a fraction of what its wires can carry.
     pub bridge_efficiency: f64,
-    /// Periods of the joints' control that did not begin while garbage came in at all docks,
+    /// Periods of the joints' control that did not begin while garbage came in at all docks.
     pub babble_pid_missed: u64,
-    /// and how long after that the module was back in the robot at most, in ms.
+    /// The longest time after that garbage until the module was back in the robot, in ms.
     pub babble_recovery_ms: f64,
-    /// How long it takes at most from a task's hanging, whichever it is, until the watchdog has its MCU back
-    /// in the robot, in ms.
+    /// The longest time from the hanging of any task until the watchdog has brought its MCU back into the
+    /// robot, in ms.
     pub watchdog_recovery_ms: f64,
-    /// As `pid_jitter_us_max`, of all MCUs of a robot with six legs that walks in a world.
+    /// As `pid_jitter_us_max`, for all MCUs of a robot with six legs that walks in a world.
     pub walking_pid_jitter_us_max: f64,
-    /// Periods of the joints' control that passed before the one before was done, then.
+    /// Periods of the joints' control that passed before the one before was done, while that robot walks.
     pub walking_pid_missed: u64,
-    /// How far a joint of its trunk is from its target once it stands on its legs, in degrees.
+    /// The distance of a joint of its trunk from the target once the robot stands on its legs, in degrees.
     pub standing_error_deg: f64,
 }
 
 pub(super) const SECOND: u64 = CLOCK_HZ as u64;
 pub(super) const MILLISECOND: u64 = SECOND / 1000;
 
-/// Cycles of a byte at 38400 baud, as the divisor makes them.
+/// Cycles of a byte at 38400 baud, by the baud rate divisor.
 const BYTE: u64 = 4160;
 
-/// The module that is measured: its neighbours follow.
+/// The number of the module that is measured. Its neighbours have the next numbers.
 pub(super) const MEASURED: usize = 0;
 
 /// Bytes that the UARTs in software have to carry.
 const SOFT_UART_BYTES: u64 = 1_000_000;
 
-/// Measures the figures on the robot's images in `directory` and the test images in `tests/` below, saturated
-/// for `seconds`.
+/// Measures the figures on the robot's images in `directory` and the test images in its `tests/`. The module
+/// is saturated for `seconds`.
 ///
 /// # Errors
-/// An image is not there, or does not do what is to be measured.
+/// An image is missing, or does not do what is to be measured.
 pub fn measure(directory: &Path, seconds: u64) -> Result<ModuleFigures, BenchError> {
     let images = &ModuleImages { directory: directory.to_owned(), master: None };
     let tests = &directory.join("tests");
@@ -139,7 +139,7 @@ pub fn measure(directory: &Path, seconds: u64) -> Result<ModuleFigures, BenchErr
     })
 }
 
-/// What a thread returns; its panic goes on here.
+/// The result of a thread. A panic of the thread is resumed here.
 pub(super) fn join<T>(thread: thread::ScopedJoinHandle<'_, T>) -> T {
     thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
 }
@@ -148,11 +148,11 @@ pub(super) fn milliseconds(cycles: u64) -> f64 {
     cycles as f64 / MILLISECOND as f64
 }
 
-/// Where the images lie.
+/// The places of the images.
 pub(super) struct ModuleImages {
-    /// Those of the firmware, and below, in `tests/`, those of neighbours.
+    /// The directory of the firmware's images, with those of neighbours in `tests/` below it.
     pub directory: PathBuf,
-    /// The module's own master, in place of the firmware's.
+    /// The image of the module's master, in place of the firmware's.
     pub master: Option<PathBuf>,
 }
 
@@ -187,14 +187,15 @@ pub(super) fn awake(engine: &Engine) -> Result<[u64; 2], BenchError> {
     Ok(Controller::ALL.map(|mcu| module.mcu(mcu).awake_cycles()))
 }
 
-/// The share of `cycles` in which the busier MCU was awake, since it was so for `before`.
+/// The fraction of the last `cycles` in which the busier MCU was awake. `before` has the awake cycles at
+/// their begin.
 fn load(engine: &Engine, before: [u64; 2], cycles: u64) -> Result<f64, BenchError> {
     let now = awake(engine)?;
     let longest = now.into_iter().zip(before).map(|(now, before)| now - before).max();
     Ok(longest.unwrap_or(0) as f64 / cycles as f64)
 }
 
-/// A healthy module is never reset.
+/// Checks that no MCU of the module was reset, as none of a healthy one is.
 fn expect_no_reset(engine: &Engine) -> Result<(), BenchError> {
     let module = module(engine)?;
     match Controller::ALL.into_iter().find(|&mcu| module.mcu(mcu).resets() > 0) {

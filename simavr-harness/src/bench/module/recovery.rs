@@ -1,4 +1,4 @@
-//! How soon a robot is itself again after something has happened to a module.
+//! Measures how soon a robot recovers after a fault of a module.
 
 use std::collections::BTreeMap;
 
@@ -9,14 +9,14 @@ use super::{MILLISECOND, SECOND};
 use crate::bench::{BenchError, unmeasurable};
 use crate::engine::Engine;
 
-/// For how long a robot is watched, in cycles.
+/// The time for which a robot is watched, in cycles.
 const WATCHED: u64 = 2 * SECOND;
 
-/// How long a hormone may be under way to a neighbour, in cycles.
+/// The longest time that a hormone may take to a neighbour, in cycles.
 const UNDER_WAY: u64 = 100 * MILLISECOND;
 
-/// Cycles from now on until each module's view of its neighbours equals the wiring, hormones get through, and
-/// what is asked each millisecond is so too, for good.
+/// The cycles from now until the robot has recovered for good: each module's view of its neighbours equals
+/// the wiring, hormones arrive, and `is_back`, which is called each millisecond, returns true.
 pub fn recovery(engine: &mut Engine, mut is_back: impl FnMut(&Engine) -> bool) -> Result<u64, BenchError> {
     let start = engine.cycle();
     engine.take_trace_events();
@@ -41,9 +41,9 @@ pub fn recovery(engine: &mut Engine, mut is_back: impl FnMut(&Engine) -> bool) -
 
 /// Follows hormones, by the docks that they leave by.
 struct Hormones {
-    /// When they left.
+    /// The cycles at which they left.
     under_way: BTreeMap<(usize, u8), u64>,
-    /// When the last one left that did not arrive.
+    /// The cycle at which the last hormone left that did not arrive.
     last_lost: u64,
     arrived: u64,
 }
@@ -66,7 +66,7 @@ impl Hormones {
         }
     }
 
-    /// What is still under way, and has been so for long, does not arrive.
+    /// Counts the hormones as lost that have been under way for more than [`UNDER_WAY`].
     fn give_up(&mut self, now: u64) {
         let lost = self.under_way.values().copied().filter(|left| left + UNDER_WAY < now).max();
         self.last_lost = self.last_lost.max(lost.unwrap_or(0));

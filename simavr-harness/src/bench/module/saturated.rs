@@ -1,5 +1,5 @@
-//! A module whose neighbours at all docks send as fast as they can, one of which asks its console all the
-//! time, while something pulls at its joints.
+//! Measures a saturated module: the neighbours at all docks send as fast as they can, one of them asks the
+//! module's console all the time, and a load pulls at the module's joints.
 
 use simulation::Face;
 use tasks::dock::Dock;
@@ -11,18 +11,18 @@ use crate::bench::{BenchError, unmeasurable};
 use crate::engine::Engine;
 use crate::robot::RobotBuilder;
 
-/// What comes of a flood.
+/// The results of saturation.
 pub struct Saturated {
-    /// Of the joints' control, in cycles.
+    /// The jitter of the joints' control, in cycles.
     pub jitter: u64,
-    /// Its periods that did not begin.
+    /// Periods of the joints' control that did not begin.
     pub missed: u64,
     pub cpu: f64,
     /// Bytes that the UARTs in software sent without a stop bit.
     pub framing_errors: u64,
 }
 
-/// What the console takes, requests and answers, in a second at least.
+/// The fewest messages that the console must take in a second, requests and answers.
 const TAKEN: u64 = 10;
 
 /// The messages that the console has taken.
@@ -34,7 +34,8 @@ fn taken(engine: &Engine) -> Result<u16, BenchError> {
 
 /// A module whose neighbours at all docks send as fast as they can. The one at Up runs `up`.
 pub fn robot(images: &ModuleImages, up: &str) -> Result<RobotBuilder, BenchError> {
-    // Those in front and behind are neighbours to the module, which so is a spine. The others do not probe.
+    // The modules in front and behind probe, so the module takes them for neighbours and is a spine. The
+    // others do not probe.
     let robot = RobotBuilder::new(images.firmware()?, 7)
         .program(1, images.neighbour("flood_side", "flood_back")?)
         .program(2, images.neighbour("flood_front", "flood_side")?)
@@ -44,7 +45,7 @@ pub fn robot(images: &ModuleImages, up: &str) -> Result<RobotBuilder, BenchError
     at_sides(robot, images, up)
 }
 
-/// Has neighbours flood the module from all sides but its front and back.
+/// Adds neighbours that flood the module from all sides except front and back.
 pub fn at_sides(
     mut robot: RobotBuilder,
     images: &ModuleImages,
@@ -60,9 +61,9 @@ pub fn at_sides(
     Ok(robot)
 }
 
-/// Floods the module for so many seconds.
+/// Floods the module for `seconds` seconds.
 pub fn measure(images: &ModuleImages, seconds: u64) -> Result<Saturated, BenchError> {
-    // The console, on the slave, tells at Up. What it asks the master crosses the bridge.
+    // The console, on the slave, answers at Up. Its requests to the master cross the bridge.
     let robot = robot(images, "flood_console")?;
     let mut engine = Engine::new(robot.build()?, 1);
     engine.run_until(SECOND);

@@ -1,4 +1,4 @@
-//! Every serial line and the bus as busy as they can be, on two modules joined at all docks.
+//! Loads every serial line and the bus as much as possible, on two modules joined at all docks.
 
 use std::path::Path;
 
@@ -12,10 +12,10 @@ use crate::engine::Engine;
 use crate::module::Images;
 use crate::robot::RobotBuilder;
 
-/// What the lines carried.
+/// The load that the lines carried.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SerialLoad {
-    /// Bytes that came right on the lines in software.
+    /// Bytes that arrived correctly on the lines in software.
     pub soft_uart_bytes: u64,
     /// Frames that came wrong there, bytes lost on the way in, and bytes sent without a stop bit.
     pub soft_uart_errors: u64,
@@ -23,18 +23,18 @@ pub struct SerialLoad {
     pub other_errors: u64,
 }
 
-/// Where the test image counts what came: on the line in software, and on the others.
+/// The variables in which the test image counts arrivals: on the line in software, and on the others.
 const SOFT_UART: &str = "FOR_SOFT_UART";
 const OTHERS: [&str; 3] = ["FOR_USART0", "FOR_USART1", "FOR_BUS"];
 
-/// How often two modules are made, with other memories at power-up each time.
+/// The number of runs, each with other contents of the memories at power-up.
 const SEEDS: u64 = 4;
 
-/// Loads the lines until so many bytes have come on those in software, over all MCUs. The test images
-/// `board_serial_*` lie in `directory`.
+/// Loads the lines until `bytes` bytes have arrived on the lines in software, over all MCUs. The test images
+/// `board_serial_*` are in `directory`.
 ///
 /// # Errors
-/// An image is not there, or nothing comes.
+/// An image is missing, or nothing arrives.
 pub fn serial_load(directory: &Path, bytes: u64) -> Result<SerialLoad, BenchError> {
     let images = images(directory, "board_serial_a", "board_serial_b")?;
     let mut all = SerialLoad::default();
@@ -44,12 +44,12 @@ pub fn serial_load(directory: &Path, bytes: u64) -> Result<SerialLoad, BenchErro
     Ok(all)
 }
 
-/// Runs until so many bytes have come.
+/// Runs until `bytes` bytes have arrived.
 fn run(images: &Images, seed: u64, bytes: u64) -> Result<SerialLoad, BenchError> {
     let join = |robot: RobotBuilder, dock| robot.attach(Face { module: 0, dock }, Face { module: 1, dock });
     let robot = Dock::ALL.into_iter().fold(RobotBuilder::new(images.clone(), 2).seed(seed), join);
     let mut engine = Engine::new(robot.build()?, 1);
-    // Ends that send at once do not hear each other: a while until they take turns.
+    // Ends that send at the same time do not hear each other; it takes a while until they take turns.
     engine.run_until(500 * MILLISECOND);
     let start = SerialLoad::of(&engine)?;
     let mut load = SerialLoad::default();
@@ -65,7 +65,7 @@ fn run(images: &Images, seed: u64, bytes: u64) -> Result<SerialLoad, BenchError>
 }
 
 impl SerialLoad {
-    /// What all MCUs have counted.
+    /// The counts of all MCUs.
     fn of(engine: &Engine) -> Result<Self, BenchError> {
         let mut load = SerialLoad::default();
         for module in (0..engine.robot().modules()).filter_map(|index| engine.robot().module(index)) {
@@ -105,14 +105,15 @@ impl SerialLoad {
     }
 }
 
-/// What came on a line of an MCU.
+/// The arrivals on a line of an MCU.
 struct Counts {
     right: u64,
     errors: u64,
 }
 
 impl Counts {
-    /// Bytes that came right, wrong frames, bytes lost: little-endian, of 4, 2 and 2 bytes.
+    /// Reads the bytes that arrived correctly, the wrong frames and the bytes lost: little-endian, of 4, 2
+    /// and 2 bytes.
     fn read(bytes: &[u8]) -> Option<Self> {
         let &[a, b, c, d, e, f, g, h] = bytes else { return None };
         let [wrong, lost] = [[e, f], [g, h]].map(u16::from_le_bytes);

@@ -1,4 +1,4 @@
-//! A step of a module's joints.
+//! Measures a step of a module's joints.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use crate::bench::{BenchError, unmeasurable};
 use crate::engine::Engine;
 use crate::robot::RobotBuilder;
 
-/// What comes of a step of 30 degrees.
+/// The results of a step of 30 degrees.
 pub struct Step {
     pub overshoot_percent: f64,
     pub error: f64,
@@ -25,23 +25,23 @@ pub struct Step {
 /// The joints of the module at one moment.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    /// Since power-up.
+    /// Time since power-up, in ms.
     pub ms: f64,
     /// By the indices of the joints.
     pub degrees: [f64; 3],
 }
 
-/// How far the joints are bent at first.
+/// The angle of the joints at first, in degrees.
 const START: f64 = 30.0;
 
-/// In s: after that they rest.
+/// The time after which the joints rest, in s.
 const RESTS: u64 = 3;
 
-/// Measures on the images in `directory`, once a millisecond, how the spine of a chain of three, which begins
-/// bent by 30 degrees at every joint, goes straight.
+/// Samples once a millisecond how the spine of a chain of three straightens, which begins bent by 30 degrees
+/// at every joint. Runs the images in `directory`.
 ///
 /// # Errors
-/// An image is not there.
+/// An image is missing.
 pub fn step_response(directory: &Path) -> Result<Vec<Sample>, BenchError> {
     follow(&ModuleImages { directory: directory.to_owned(), master: None }).map(|(_, samples)| samples)
 }

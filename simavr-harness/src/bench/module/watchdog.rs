@@ -1,4 +1,4 @@
-//! A task hangs: how soon its MCU is back in the robot, by way of the watchdog.
+//! Measures how soon the watchdog brings an MCU back into the robot after a task hangs.
 
 use std::ops::Range;
 use std::path::Path;
@@ -15,11 +15,11 @@ use crate::engine::Engine;
 use crate::image::{Image, Place, Symbol};
 use crate::robot::RobotBuilder;
 
-/// How often the harness looks whether a task runs, in cycles.
+/// The period at which the harness checks whether a task runs, in cycles.
 const LOOK: u64 = 160;
 
-/// Where a neighbour is attached to the module, and by which of its docks: the module is a branch, and keeps
-/// straight.
+/// The docks of the module with a neighbour, and the neighbour's own docks there. They make the module a
+/// branch, which keeps straight.
 const NEIGHBOURS: [(Dock, Dock); 4] = [
     (Dock::Front, Dock::Back),
     (Dock::Back, Dock::Front),
@@ -27,13 +27,12 @@ const NEIGHBOURS: [(Dock, Dock); 4] = [
     (Dock::Right, Dock::Back),
 ];
 
-/// Lets each task of both images in `directory` hang, one after the other, in a branch of a robot. Returns
-/// how long it took at most, in ms, until the MCU had been reset and its links carried frames, all modules
-/// knew their neighbours, and hormones got through. A task that has nothing to do does not run, and so can't
-/// hang.
+/// Makes each task of both images in `directory` hang, one after the other, in a branch of a robot. Returns
+/// the longest time, in ms, until the MCU had been reset and its links carried frames, all modules knew their
+/// neighbours, and hormones arrived. A task that has nothing to do does not run, and so can't hang.
 ///
 /// # Errors
-/// An image is not there, no task runs, or the module does not come back, or is reset for another reason.
+/// An image is missing, no task runs, or the module does not come back or is reset for another reason.
 pub fn watchdog_recovery(directory: &Path) -> Result<f64, BenchError> {
     let firmware = images(directory, "firmware-master", "firmware-slave")?;
     let stacks = [stacks(&firmware.master), stacks(&firmware.slave)];
@@ -58,7 +57,7 @@ pub fn watchdog_recovery(directory: &Path) -> Result<f64, BenchError> {
     longest.map(milliseconds).ok_or_else(|| unmeasurable("firmware", "none of its tasks runs"))
 }
 
-/// Where the stacks of an image's tasks lie.
+/// The address ranges of the stacks of an image's tasks.
 fn stacks(image: &Image) -> Vec<Range<u16>> {
     let stack = |(name, symbol): (&str, Symbol)| match symbol.place {
         Place::Data(start) if rustc_demangle::demangle(name).to_string().contains("::stack::") => {
@@ -69,7 +68,8 @@ fn stacks(image: &Image) -> Vec<Range<u16>> {
     image.symbols().filter_map(stack).collect()
 }
 
-/// Has the task on this stack hang the next time it runs. Returns `false` if it does not run for a second.
+/// Makes the task on this stack hang the next time that it runs. Returns `false` if it does not run within a
+/// second.
 fn hang(engine: &mut Engine, controller: Controller, stack: Range<u16>) -> bool {
     let end = engine.cycle() + SECOND;
     while engine.cycle() < end {

@@ -1,4 +1,4 @@
-//! Joints that bear the body: a robot with six legs walks on the ground of a world, then stands.
+//! Measures joints that bear the body: a robot with six legs walks on the ground of a world, then stands.
 
 use std::path::Path;
 
@@ -17,23 +17,23 @@ use crate::module::CONTROL_PROBE;
 use crate::probe::Edge;
 use crate::robot::RobotBuilder;
 
-/// What becomes of joints under the body's weight.
+/// The results for joints under the body's weight.
 pub struct Weight {
-    /// Of their control while the robot walks, in cycles, of the MCU where it is most.
+    /// The jitter of their control while the robot walks, in cycles, of the MCU with the largest.
     pub jitter: u64,
-    /// Periods that passed before the one before was done, then, of all MCUs.
+    /// Periods that passed before the one before was done, while the robot walks, of all MCUs.
     pub missed: u64,
-    /// How far a joint of the trunk is from its target, standing on the legs, in degrees.
+    /// The distance of a joint of the trunk from its target while the robot stands on its legs, in degrees.
     pub error: f64,
 }
 
 /// Head, three branches with two legs each, tail.
 const MODULES: usize = 11;
 
-/// Those that the rules hold straight: the head and the branches.
+/// The modules that the rules hold straight: the head and the branches.
 const TRUNK: [usize; 4] = [0, 1, 4, 7];
 
-/// From then on the robot walks, for so long; then it stands, for so long.
+/// The cycle from which the robot is watched as it walks, and the cycles for which it walks and then stands.
 const START: u64 = 3 * SECOND;
 const WALK: u64 = 10 * SECOND;
 const STAND: u64 = 8 * SECOND;
@@ -44,7 +44,7 @@ const STOP: [u8; 3] = [0xd0, 1, 255];
 /// Measures on the images in `directory`.
 ///
 /// # Errors
-/// An image is not there, or none for the robot.
+/// An image is missing, or is not one of the robot's.
 pub fn under_weight(directory: &Path) -> Result<Weight, BenchError> {
     let images = ModuleImages { directory: directory.to_owned(), master: None };
     let wiring = Shape::SixLegs.wiring(MODULES).map_err(|error| unmeasurable("robot", error.to_string()))?;
@@ -64,7 +64,7 @@ pub fn under_weight(directory: &Path) -> Result<Weight, BenchError> {
     Ok(Weight { jitter: jitters.into_iter().max().unwrap_or(0), missed, error })
 }
 
-/// When the periods of an MCU's control began, as far as its probe has seen them.
+/// The cycles at which the periods of an MCU's control began, since its probe was last read.
 fn begins(mcu: &mut Mcu) -> Vec<u64> {
     mcu.take_edges(0).into_iter().filter(|edge| edge.level).map(|Edge { cycle, .. }| cycle).collect()
 }
@@ -75,7 +75,7 @@ fn missed(engine: &mut Engine) -> Result<u64, BenchError> {
     counts.into_iter().sum::<Option<u64>>().ok_or_else(|| unmeasurable("firmware", "it has no MOTORS"))
 }
 
-/// What `ask` says of each MCU of the robot.
+/// The results of `ask` for each MCU of the robot.
 fn each_mcu<T>(engine: &mut Engine, mut ask: impl FnMut(&mut Mcu) -> T) -> Vec<T> {
     let mut answers = Vec::new();
     for number in 0..MODULES {

@@ -1,4 +1,4 @@
-//! Programs that work with all devices, with interrupts, sleep, and what comes from outside, by both cores.
+//! Runs programs that use all devices, interrupts and sleep, with events from outside, on both interpreters.
 
 use std::sync::Arc;
 
@@ -30,19 +30,19 @@ const CPSE: u16 = 0x1000;
 
 /// Data addresses of the stack pointer.
 const SP: [u16; 2] = [0x5d, 0x5e];
-/// Data addresses of Timer0's control, and of what interrupts for Timer0 to Timer2.
+/// Data addresses of Timer0's control register, and of the interrupt mask of Timer0 to Timer2.
 const TCCR0: u16 = 0x53;
 const TIMSK: u16 = 0x57;
 /// Data addresses of the registers of devices, and of the status register.
 const DEVICES: std::ops::Range<u16> = 0x20..0xa0;
 /// The ATmega128's vectors.
 const VECTORS: u16 = 35;
-/// Where handlers begin, and how far they lie apart, in words.
+/// Where handlers begin, and the distance between two of them, in words.
 const HANDLERS: usize = 0x200;
 const APART: usize = 0x40;
 const NUMBER: usize = 8;
 
-/// A program that is drawn by lot, word by word.
+/// A random program, drawn word by word.
 struct Program {
     random: Random,
     words: Vec<u16>,
@@ -140,7 +140,7 @@ const fn write(port: u16, register: u16) -> u16 {
     read(register, port) | 0x0800
 }
 
-/// Something comes from outside.
+/// Applies a random event from outside: a reset, a character or a level at a pin.
 fn come(random: &mut Random, mcus: &mut [Mcu]) {
     let [kind, usart, bit] = [20, 2, 8].map(|below| random.below(below));
     let port = ['A', 'B', 'D', 'E', 'F'][random.below(5)];
