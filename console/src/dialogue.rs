@@ -1,4 +1,5 @@
-//! A terminal asks, the inspectors answer, the terminal gets its text: who is sent what when.
+//! A terminal asks, the inspectors answer, the terminal gets its text. The dialogue decides which message is
+//! sent when, and to which of them.
 
 use super::line::Line;
 use super::report::{Next, Report};
@@ -8,24 +9,24 @@ use tasks::dock::DockSet;
 use tasks::message::{Address, MAX_PAYLOAD, Message, TaskCode};
 use tasks::router::Mcu;
 
-/// Who is served, and how far that is.
+/// The terminal that is served, and the progress of its text.
 pub struct Dialogue {
     /// The docks of the slave.
     slave: DockSet,
-    /// Whose text it is.
+    /// The terminal that gets the text.
     client: Address,
     report: Option<Report>,
     line: Line,
-    /// Where in the line the piece that was sent last begins, and where it ends.
+    /// The start and the end in the line of the piece that was sent last.
     start: usize,
     end: usize,
     number: Number,
     due: Due,
-    /// How often the question is still asked again.
+    /// How often the question may still be repeated.
     tries_left: u8,
 }
 
-/// How often a question is asked that is not answered: on the bridge it may be lost, as its answer may.
+/// How often an unanswered question is asked: the bridge may lose it or its answer.
 const TRIES: u8 = 3;
 
 /// What the dialogue waits for.
@@ -37,7 +38,7 @@ enum Due {
     Piece,
     /// Room for a question to this MCU.
     Question(Mcu, Question),
-    /// Its answer.
+    /// The answer to that question.
     Answer(Mcu, Question),
 }
 
@@ -50,7 +51,7 @@ const fn inspector(mcu: Mcu) -> Address {
 }
 
 impl Dialogue {
-    /// Nobody has asked yet. `slave` has the docks of that MCU.
+    /// A dialogue without a client. `slave` has the docks of that MCU.
     pub const fn new(slave: DockSet) -> Dialogue {
         Dialogue {
             slave,
@@ -65,10 +66,9 @@ impl Dialogue {
         }
     }
 
-    /// Takes a message to the console. Returns whether it was a request that makes sense, or the answer that
-    /// is waited for.
+    /// Takes a message to the console. Returns whether it was a valid request, or the awaited answer.
     ///
-    /// A text that is begun takes the place of one under way, whoever asked for that.
+    /// A new text replaces the one under way, even if another terminal asked for that.
     pub fn receive(&mut self, from: Address, payload: &[u8]) -> bool {
         if let Due::Answer(mcu, question) = self.due
             && from == inspector(mcu)
@@ -80,7 +80,7 @@ impl Dialogue {
             self.go_on();
             return true;
         }
-        // An answer that comes late is no request.
+        // A late answer is no request.
         match Request::from_payload(payload).filter(|_| from.dock().is_some()) {
             Some(Request::Begin(topic)) => {
                 self.client = from;
@@ -111,7 +111,7 @@ impl Dialogue {
         }
     }
 
-    /// No answer has come for as long as one may take.
+    /// The time for an answer is up.
     pub fn miss_answer(&mut self) {
         let (Due::Answer(mcu, question), Some(report)) = (self.due, &mut self.report) else { return };
         if self.tries_left > 0 {
@@ -123,7 +123,7 @@ impl Dialogue {
         }
     }
 
-    /// Whether an answer is waited for.
+    /// Whether an answer is awaited.
     pub fn awaits_answer(&self) -> bool {
         matches!(self.due, Due::Answer(..))
     }
@@ -159,7 +159,7 @@ impl Dialogue {
         matches!(self.due, Due::Piece | Due::Question(..))
     }
 
-    /// Makes the next piece, or finds what is to be asked before.
+    /// Makes the next piece, or the question that has to be asked first.
     fn go_on(&mut self) {
         let Some(report) = &mut self.report else { return };
         if self.start == self.line.text().len() {

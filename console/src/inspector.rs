@@ -1,6 +1,6 @@
-//! The inspector, one on each MCU: the lowest of its tasks, which answers what the console asks.
+//! The inspector, one on each MCU: the task of lowest priority, which answers the console's questions.
 //!
-//! Whenever it runs all others wait, and none of them is kept from its work.
+//! It runs only while all other tasks wait, so it keeps none of them from its work.
 
 use kernel::{Never, Task, TaskHandle, Ticks, now};
 use tasks::counter::Counter;
@@ -10,13 +10,13 @@ use tasks::message::Letter;
 
 use super::question::{BRIDGE, COUNTING, COUNTS, DEVICES, MCU, MOTORS, TASK};
 
-/// How long the inspector looks at how much of the CPU is left to it, in ticks of 1 ms.
+/// For how long the inspector measures the share of the CPU that is left to it, in ticks of 1 ms.
 pub const LOOK: Ticks = 50;
 
-/// How often it can work in this time, where it has the CPU for itself: each time for 0.1 ms.
+/// How often it can work in this time if it has the CPU for itself: each time for 0.1 ms.
 pub const WORKS: u16 = LOOK * 10;
 
-/// The cycles of that, of 1,600, that the look takes besides the work.
+/// The cycles of these 0.1 ms, 1,600, that the loop takes besides the work.
 pub const ROUND: u16 = 32;
 
 /// An MCU as its inspector sees it.
@@ -27,10 +27,10 @@ pub struct Inspected {
     pub counts: &'static Counts,
 }
 
-/// By [`Who`](super::question::Who) has them, what is counted on an MCU.
+/// The counters of an MCU, by [`Who`](super::question::Who) has them.
 pub type Counts = [&'static [Counter]; COUNTING];
 
-/// What an MCU with these links counts.
+/// The counts of an MCU with these links.
 pub const fn counts(
     [first, second, third]: [&'static Port; 3],
     bridge: &'static [Counter],
@@ -47,9 +47,9 @@ pub const fn counts(
     counts
 }
 
-/// Runs the inspector on `mailbox`. Answers go to `console`. `reset_cause` gives the flags of MCUCSR at the
+/// Runs the inspector on `mailbox`. Answers go to `console`. `reset_cause` returns the flags of MCUCSR at the
 /// start. `work` keeps the CPU busy for 0.1 ms less [`ROUND`] cycles, not counting what interrupts it.
-#[inline(always)] // what is known of the MCU is known to the compiler then
+#[inline(always)] // so the compiler knows all that is constant about the MCU
 pub fn run(
     task: &mut Task,
     mailbox: &'static Mailbox,
@@ -69,14 +69,14 @@ pub fn run(
             } else {
                 mcu.tell(task, kind, index, &mut letter);
             }
-            // One that finds no room is asked for again.
+            // If the answer finds no room, the console asks again.
             let _ = console.put(task, letter);
         }
     }
 }
 
 impl Inspected {
-    /// Writes what there is to say of a task, or of counts.
+    /// Writes the answer about a task, or about counts.
     #[inline(always)]
     fn tell(&self, task: &mut Task, kind: u8, index: u8, answer: &mut Letter) {
         let index = usize::from(index);
@@ -96,7 +96,7 @@ impl Inspected {
     }
 }
 
-/// How often it works while it looks: as much of the time as all others and interrupts leave it.
+/// How often it works during the measurement: in the time that other tasks and interrupts leave to it.
 #[inline(always)]
 fn worked(task: &mut Task, work: &impl Fn()) -> u16 {
     let before = now(task);

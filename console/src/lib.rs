@@ -1,21 +1,21 @@
-//! The console: what both MCUs of the module tell of their tasks, stacks, CPUs and links, as text for whoever
-//! asks at a dock.
+//! The console reports on the tasks, stacks, CPUs and links of both MCUs of the module, as text for a
+//! terminal at any dock.
 //!
 //! It is a behaviour, so any dock reaches it: a terminal in place of a neighbour sends it a [`request`] and
-//! gets the text in pieces, one for each that it asks for. So the console never has more than one message
-//! under way, and a terminal that vanishes leaves nothing behind. To a neighbour's console a piece is no
+//! gets the text in pieces, one for each request. So the console never has more than one message under way,
+//! and a terminal that vanishes leaves nothing behind. A neighbour's console does not take a piece for a
 //! request.
 //!
-//! It reads and no more: what it tells it asks the inspectors of both MCUs.
+//! It only reads: it gets its data from the inspectors of both MCUs.
 //!
 //! | file | what |
 //! |---|---|
-//! | [`question`] | what an inspector is asked, and what it answers |
+//! | [`question`] | questions to an inspector, and its answers |
 //! | [`inspector`] | the inspector: the lowest task of its MCU |
-//! | [`request`] | what a terminal sends, and the pieces that it gets |
+//! | [`request`] | requests of a terminal, and the pieces that it gets |
 //! | [`line`](mod@line) | a line of text |
-//! | [`report`] | which questions are to be asked, and which lines follow from the answers |
-//! | [`dialogue`] | when a piece or a question is sent, and again |
+//! | [`report`] | which questions to ask, and the lines that the answers make |
+//! | [`dialogue`] | when a piece or a question is sent, and sent again |
 //! | [`task`] | the console's task |
 
 #![no_std]

@@ -4,10 +4,10 @@ use core::convert::Infallible;
 
 use ufmt::uWrite;
 
-/// The most characters of a line, its end included.
+/// The most characters of a line, including its end.
 pub const LENGTH: usize = 80;
 
-/// A line that is being written. What goes beyond its length is left out.
+/// A line that is being written. Characters beyond its length are dropped.
 #[derive(Default)]
 pub struct Line(heapless::Vec<u8, LENGTH>);
 
@@ -17,12 +17,12 @@ impl Line {
         Line(heapless::Vec::new())
     }
 
-    /// What is written.
+    /// The characters written so far.
     pub fn text(&self) -> &[u8] {
         &self.0
     }
 
-    /// Nothing is written any more.
+    /// Empties the line.
     pub fn clear(&mut self) {
         self.0.clear();
     }
@@ -31,7 +31,7 @@ impl Line {
         let _ = self.0.push(character);
     }
 
-    /// What `write` writes, and before it as many spaces as make it `width` characters.
+    /// Writes the output of `write`, right-aligned with spaces to `width` characters.
     pub fn right(&mut self, width: usize, write: impl FnOnce(&mut Line) -> Result<(), Infallible>) {
         let start = self.0.len();
         let Ok(()) = write(self);
@@ -40,7 +40,7 @@ impl Line {
             self.push(b' ');
         }
         let length = self.0.len();
-        // From the last character on, each moves by as much as was pushed.
+        // Each character moves right by the number of pushed spaces, the last one first.
         for index in (start..length).rev() {
             let before = index.checked_sub(length - end).filter(|&before| before >= start);
             let character = before.and_then(|before| self.0.get(before)).copied().unwrap_or(b' ');

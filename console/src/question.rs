@@ -1,4 +1,4 @@
-//! What the console asks an inspector, and what that answers.
+//! The console's questions to an inspector, and the answers.
 //!
 //! ```text
 //!   question   +------+-------+
@@ -8,8 +8,8 @@
 //!              +------+-------+-----------------------------------+
 //! ```
 //!
-//! The answer is written behind the question, in the same buffer, so that one that comes late is not taken
-//! for another's. It has no words where there is nothing to tell: no such task, no such count.
+//! The answer follows the question in the same buffer, so that a late answer is not taken for the answer to
+//! another question. It has no words if there is no such task or count.
 
 use tasks::message::MAX_PAYLOAD;
 
@@ -18,31 +18,31 @@ pub const WORDS: usize = (MAX_PAYLOAD - HEADER) / 2;
 
 const HEADER: usize = 2;
 
-/// What an MCU is asked.
+/// A question to an MCU.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Question {
-    /// How often the inspector has worked of [`WORKS`](super::inspector::WORKS) times, which takes it
+    /// How often the inspector has worked, [`WORKS`](super::inspector::WORKS) times at most, in
     /// [`LOOK`](super::inspector::LOOK) ticks; the flags of MCUCSR at the MCU's start.
     Mcu,
-    /// Of the task at this place in its list: priority, bytes of stack, and how many of them it has never
+    /// The task at this place in the MCU's list: priority, bytes of stack, and how many of them it has never
     /// used.
     Task(u8),
-    /// What one of its counters, a link, the bridge, the joints' control or the devices' task, has counted:
-    /// [`WORDS`] counts from the one with the index `from` on.
+    /// The counts of a link, the bridge, the joints' control or the devices' task: [`WORDS`] counts from the
+    /// one with the index `from` on.
     Counts { of: Who, from: u8 },
 }
 
-/// Who counts: the link at a dock by the dock's index, then these.
+/// The owner of counts: the link at a dock by the dock's index, then these.
 pub type Who = u8;
 pub const BRIDGE: Who = 6;
 pub const MOTORS: Who = 7;
 pub const DEVICES: Who = 8;
 
-/// How many there can be on an MCU.
+/// How many owners of counts there can be on an MCU.
 pub const COUNTING: usize = 9;
 
-/// The kinds of questions. That of counts is this one and who counts.
+/// The kinds of questions. The kind for counts is `COUNTS` plus their owner.
 pub(crate) const MCU: u8 = 0;
 pub(crate) const TASK: u8 = 1;
 pub(crate) const COUNTS: u8 = 2;

@@ -1,4 +1,4 @@
-//! What the console tells: which questions are to be asked, and which lines follow from the answers.
+//! The console's reports: which questions to ask, and the lines that the answers make.
 
 use kernel::flash::Flash;
 use ufmt::{uWrite, uwrite};
@@ -14,14 +14,15 @@ use tasks::link::counters::LinkCounters;
 use tasks::motor::task as motor;
 use tasks::router::Mcu;
 
-/// What is to be done next for a report.
+/// The next step of a report.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 #[must_use]
 pub enum Next {
-    /// This MCU is to be asked; its answer is [taken](Report::take), or that there is [none](Report::miss).
+    /// Ask this MCU; then hand its answer to [`take`](Report::take), or call [`miss`](Report::miss) if there
+    /// is none.
     Ask(Mcu, Question),
-    /// The line is to be shown.
+    /// Show the line.
     Show,
     End,
 }
@@ -59,7 +60,7 @@ const fn word(text: &str) -> Word {
     word
 }
 
-/// The same of several.
+/// Several texts as words.
 const fn words<const N: usize>(texts: [&str; N]) -> [Word; N] {
     let mut words = [[b' '; NAME]; N];
     let mut index = 0;
@@ -107,7 +108,7 @@ kernel::flash! {
         word("inspector"),
     ];
 
-    /// The slave's, likewise.
+    /// The slave's tasks, in the order of its inspector's list.
     static SLAVE_TASKS: [Word; 9] = [
         word("joints"),
         word("receive"),
@@ -132,10 +133,10 @@ kernel::flash! {
 /// The columns of a table of counts, at most.
 const COLUMNS: usize = 6;
 
-/// The rows likewise: of a table of links.
+/// The rows of a table of counts, at most: those of a table of links.
 const ROWS: usize = <LinkCounters>::NAMES.len();
 
-/// How wide what comes before the columns is, and each of them.
+/// The width of the names before the columns, and of each column.
 const NAME: usize = 17;
 const WIDTH: usize = 7;
 
@@ -158,7 +159,7 @@ impl Table {
         }
     }
 
-    /// What its columns are headed with.
+    /// The heads of its columns.
     fn heads(self) -> &'static [&'static str] {
         match self {
             Table::Links => &["Front", "Back", "Left", "Right", "Up", "Down"],
@@ -172,7 +173,7 @@ impl Table {
     }
 }
 
-/// What was answered for a column.
+/// The answers for a column.
 #[derive(Clone, Copy)]
 struct Column {
     words: [u16; ROWS],
@@ -186,7 +187,7 @@ impl Column {
         self.words.get(usize::from(row)).copied().filter(|_| row < self.length)
     }
 
-    /// From the row `from` on it has these words.
+    /// Puts these words into the rows from `from` on.
     fn fill(&mut self, from: u8, words: impl Iterator<Item = u16>) {
         self.length = from;
         for (slot, word) in self.words.iter_mut().skip(from.into()).zip(words) {
@@ -196,19 +197,19 @@ impl Column {
     }
 }
 
-/// A report on its way.
+/// A report in progress.
 pub struct Report {
     /// The docks of the slave; the others are the master's.
     slave: DockSet,
     sections: &'static Flash<[Section]>,
-    /// The section that is told of, how many of its questions were asked, and how many of its lines written.
+    /// The current section, how many of its questions were asked, and how many of its lines were written.
     section: usize,
     asked: u8,
     row: u8,
     columns: [Column; COLUMNS],
-    /// By [`Mcu`], who has missed an answer: they are not asked again.
+    /// The MCUs that have missed an answer, by [`Mcu`]. They are not asked again.
     is_silent: [bool; 2],
-    /// One of them of whom the report has not told so yet.
+    /// A silent MCU that the report has not named yet.
     missed: Option<Mcu>,
 }
 
@@ -232,7 +233,7 @@ impl Report {
         }
     }
 
-    /// What is next; if that is to be shown, `line` has it.
+    /// The next step. For [`Next::Show`], `line` has the line.
     pub fn next(&mut self, line: &mut Line) -> Next {
         line.clear();
         if let Some(mcu) = self.missed.take() {
@@ -258,7 +259,7 @@ impl Report {
         Next::End
     }
 
-    /// Takes the words of the answer that was asked for last.
+    /// Takes the words of the answer to the last question.
     pub fn take(&mut self, words: impl Iterator<Item = u16>) {
         let Some(section) = self.sections.get(self.section) else { return };
         let (column, row) = self.place(section);
@@ -268,7 +269,7 @@ impl Report {
         self.asked = self.asked.saturating_add(1);
     }
 
-    /// There is no answer to what was asked for last.
+    /// Notes that the last question has no answer.
     pub fn miss(&mut self) {
         let Some(section) = self.sections.get(self.section) else { return };
         if let Some((mcu, _)) = self.question(section) {
@@ -283,7 +284,7 @@ impl Report {
         self.is_silent.get(mcu as usize).copied().unwrap_or(false)
     }
 
-    /// The question that comes before the next line, if one does, and who is asked.
+    /// The question that has to be asked before the next line, if there is one, and the MCU to ask.
     fn question(&self, section: Section) -> Option<(Mcu, Question)> {
         let asked = self.asked;
         match section {
@@ -311,7 +312,7 @@ impl Report {
         }
     }
 
-    /// Where the answer to the next question belongs: the column, and the first row.
+    /// The column and the first row for the answer to the next question.
     fn place(&self, section: Section) -> (u8, u8) {
         match section {
             Section::Counts(table) if table.parts() == 2 => (self.asked / 2, self.asked % 2 * WORDS as u8),

@@ -1,4 +1,4 @@
-//! What a terminal sends to the console, and what it gets.
+//! A terminal's requests to the console, and the pieces that it gets.
 //!
 //! ```text
 //!   begin      topic, a letter
@@ -6,8 +6,8 @@
 //!   piece      number, 0..=15 characters in ASCII; none ends the text
 //! ```
 //!
-//! Numbers are 0x80 to 0xFF, and 0x80 again after that; a text's first piece is 0x80. A terminal that waits
-//! in vain repeats its request: a text begins anew, a piece comes again.
+//! Numbers are 0x80 to 0xFF, and 0x80 again after that; a text's first piece is 0x80. A terminal that gets no
+//! reply repeats its request: then the text begins anew, or the piece comes again.
 
 use tasks::message::MAX_PAYLOAD;
 
@@ -16,7 +16,7 @@ pub const PIECE: usize = MAX_PAYLOAD - 1;
 
 const NEXT: u8 = 0x06;
 
-/// What a text is about.
+/// The subject of a text.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 #[repr(u8)]
@@ -27,7 +27,7 @@ pub enum Topic {
     Tasks = b't',
     /// Why the MCUs started, and how much of the time they are awake.
     Cpu = b'c',
-    /// What links, bridge and joints' control count.
+    /// The counts of links, bridge, joints' control and devices.
     Counts = b'l',
 }
 
@@ -54,13 +54,13 @@ impl Number {
     }
 }
 
-/// What a terminal asks for.
+/// A terminal's request.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Request {
     /// A text from its beginning.
     Begin(Topic),
-    /// What follows the piece with this number.
+    /// The piece after the one with this number.
     Next(Number),
 }
 

@@ -12,14 +12,15 @@ use tasks::router::Source;
 /// Messages that may wait for the console: a request, and an answer.
 const ROOM: u8 = 2;
 
-/// How long an answer may take, in ticks of 1 ms. An inspector looks at its CPU for 50 ms, and has what time
-/// others leave it.
+/// How long an answer may take, in ticks of 1 ms. An inspector measures its CPU's load for 50 ms, and runs
+/// only in the time that other tasks leave to it.
 const PATIENCE: Ticks = 250;
 
-/// The console. A `static`: its task runs on it, and readers of RAM find its counts at its start.
+/// The console. A `static` holds it: the console's task uses it, and readers of RAM find the counts at its
+/// start.
 #[repr(C)]
 pub struct Console {
-    /// Messages that were requests, or answers to its questions. Wraps.
+    /// Messages that were valid requests, or answers to its questions. Wraps.
     taken: Counter,
     /// Messages that were neither. Wraps.
     malformed: Counter,
@@ -37,7 +38,7 @@ impl Console {
         Console { taken: Counter::new(), malformed: Counter::new(), mailbox: Mailbox::new(ROOM) }
     }
 
-    /// Where requests and answers go.
+    /// The mailbox for requests and answers.
     pub const fn mailbox(&self) -> &Mailbox {
         &self.mailbox
     }
@@ -47,7 +48,7 @@ impl Console {
 pub fn run(task: &mut Task, console: &'static Console, slave: DockSet, office: &'static PostOffice) -> Never {
     let mailbox = console.mailbox();
     let mut dialogue = Dialogue::new(slave);
-    // When an answer that is awaited has taken too long.
+    // When the awaited answer is overdue.
     let mut deadline = 0;
     loop {
         while let Some(letter) = mailbox.take(task) {

@@ -1,10 +1,10 @@
-//! `superbot-debug-link ARGS`: links by avr-gcc, as rustc asks for it, so that an image with debugging
-//! information has the code that it has without.
+//! `superbot-debug-link ARGS`: links with avr-gcc, called by rustc as its linker, so that an image with
+//! debugging information has the same code as without it.
 //!
-//! Of its own the linker keeps a `ret` to which debugging information refers, or seems to
-//! (docs/toolchain.md). Here the program's object file is the only one that has such information, so that
-//! what refers from one of its parts to another can be settled before the link; and what leads to a `ret`
-//! that may go leads to the instruction before.
+//! The linker alone keeps a `ret` to which debugging information refers, or seems to refer
+//! (docs/toolchain.md). Here the program's object file is the only one with such information, so its
+//! references from one part to another can be resolved before the link. A reference to a `ret` that the
+//! linker may remove is redirected to the instruction before.
 
 mod object_file;
 
@@ -54,7 +54,7 @@ fn link(arguments: &[OsString]) -> Result<bool, Box<dyn Error>> {
     Ok(compiler.status()?.success())
 }
 
-/// Puts the start-up code, without debugging information, where `-B` has the compiler find it.
+/// Puts the start-up code, without debugging information, where the compiler finds it through `-B`.
 fn replace_start_up(arguments: &[OsString], directory: &TempDir) -> Result<(), Box<dyn Error>> {
     let mcu = arguments.iter().filter_map(|argument| argument.to_str()?.strip_prefix("-mmcu=")).next();
     let mcu = mcu.ok_or("there is no -mmcu among the arguments")?;
@@ -62,7 +62,7 @@ fn replace_start_up(arguments: &[OsString], directory: &TempDir) -> Result<(), B
     let mut asked = Command::new("avr-gcc");
     let answer = asked.arg(format!("-mmcu={mcu}")).arg(format!("-print-file-name={name}")).output()?;
     let path = PathBuf::from(String::from_utf8(answer.stdout)?.trim_end());
-    // It lies in a folder that is named for the architecture.
+    // The compiler looks for it in a folder that is named for the architecture.
     let architecture = path.parent().and_then(Path::file_name).ok_or("avr-gcc has no start-up code")?;
     let folder = directory.path().join(architecture);
     std::fs::create_dir(&folder)?;

@@ -1,4 +1,4 @@
-//! The debugging information in an object file, of which no other has any.
+//! The debugging information in an object file, the only one that has any.
 
 use std::error::Error;
 
@@ -10,17 +10,17 @@ use object::{Endianness, pod};
 const DEBUG: &[u8] = b".debug_";
 const TASKS: &[u8] = b".debug_tasks";
 
-/// What is to be done to the bytes of the file.
+/// A change to the bytes of the file.
 enum Change {
     Word(usize, u32),
     Relocation(usize, Rela32<Endianness>),
 }
 
-/// Settles what refers from debugging information to debugging information, and leads what refers to a `ret`
-/// that may go to the instruction before.
+/// Resolves references from debugging information to debugging information, and redirects references to a
+/// `ret` that the linker may remove to the instruction before.
 ///
 /// # Errors
-/// It is no object file for the AVR as LLVM writes them.
+/// The bytes are no object file for the AVR in the form that LLVM writes.
 pub fn settle(bytes: &mut [u8]) -> Result<(), Box<dyn Error>> {
     for change in changes(bytes)? {
         match change {
@@ -48,7 +48,7 @@ fn changes(bytes: &[u8]) -> Result<Vec<Change>, Box<dyn Error>> {
     let mut changes = Vec::new();
     for section in sections.iter() {
         if is_debugging(section) && section.sh_flags(endian) & (elf::SHF_MERGE | elf::SHF_STRINGS) != 0 {
-            // Merged with others, strings would not stay where they are.
+            // Without these flags the linker does not merge strings, so they keep their offsets.
             let flags = section.sh_flags(endian) & !(elf::SHF_MERGE | elf::SHF_STRINGS);
             let at = pod::bytes_of(section).as_ptr() as usize - bytes.as_ptr() as usize;
             changes.push(Change::Word(at + FLAGS, flags));
@@ -86,11 +86,11 @@ fn changes(bytes: &[u8]) -> Result<Vec<Change>, Box<dyn Error>> {
     Ok(changes)
 }
 
-/// Where the flags lie in a section's header.
+/// The offset of the flags in a section's header.
 const FLAGS: usize = 8;
 
-/// How many bytes before a `ret` the call or jump before it begins: a call there becomes a jump, and the
-/// `ret` goes.
+/// How many bytes before a `ret` the call or jump before it begins. The linker turns a call there into a
+/// jump, and removes the `ret`.
 fn to_call_before_return(code: &[u8], at: usize) -> Option<i32> {
     let word = |at: usize| Some(u16::from_le_bytes(code.get(at..at + 2)?.try_into().ok()?));
     if word(at)? != 0x9508 {

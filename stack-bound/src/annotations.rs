@@ -1,4 +1,4 @@
-//! What the machine code does not tell, and somebody who knows wrote down.
+//! Facts that the machine code does not show, written down by hand.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -14,14 +14,14 @@ use crate::Image;
 /// <hormone::task::Here as hormone::module::Module>::trace => board::debug::mark
 /// factorial = 40
 /// ```
-/// The first says where an indirect call leads; a caller with several has a line for each. The second says
-/// that a function uses at most so many bytes, with all that it calls: nobody checks that. A function has one
-/// such line.
+/// The first line says where an indirect call leads; a caller with several callees has a line for each. The
+/// second says that a function and all its callees use at most this many bytes. Nothing checks that number. A
+/// function has one such line.
 #[derive(Default)]
 pub struct Annotations {
-    /// By the caller's name, where its indirect calls lead.
+    /// The callees of a caller's indirect calls, by the caller's name.
     pub(crate) calls: BTreeMap<String, BTreeSet<u32>>,
-    /// By where a function begins, the bytes it uses.
+    /// The bytes that a function uses, by its start address.
     pub(crate) bytes: BTreeMap<u32, u16>,
 }
 
@@ -69,7 +69,7 @@ impl Annotations {
                 continue;
             }
             if let Some((caller, callee)) = note.split_once("=>") {
-                // The name by which calls are found: of a function with several it has to be this one.
+                // Calls are looked up by this name. It matters where a function has several names.
                 let caller = image.name(function(caller)?).to_owned();
                 annotations.calls.entry(caller).or_default().insert(function(callee)?);
             } else if let Some((name, bytes)) = note.rsplit_once('=') {

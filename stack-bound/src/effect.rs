@@ -1,10 +1,10 @@
-//! Instructions, as far as they matter to a stack.
+//! The effects of instructions that matter to a stack.
 
 use instruction_set::Instruction::{self, *};
 use instruction_set::{Word, Y, Z, branch, has_two_words};
 
-/// What an instruction does, or two that belong together. Registers are given by number, addresses in bytes
-/// of flash.
+/// The effect of an instruction, or of two that belong together. Registers are given by number, addresses in
+/// bytes of flash.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Effect {
     Push(u8),
@@ -13,7 +13,7 @@ pub enum Effect {
     ReadStackPointer(Half, u8),
     /// `out` or `sts` to SPL or SPH.
     WriteStackPointer(Half, u8),
-    /// `ldd`, from so many bytes above Y: to, bytes.
+    /// `ldd` from Y plus a displacement: to, bytes above Y.
     LoadAboveY(u8, u8),
     /// `ldi`: to, value.
     Load(u8, u8),
@@ -21,8 +21,8 @@ pub enum Effect {
     Copy(u8, u8),
     /// `movw`: to, from, each the lower register of a pair.
     CopyPair(u8, u8),
-    /// `cpi` and `cpc` in a row: the lower register of a pair, what its low byte is compared with, and the
-    /// register with which its high byte is.
+    /// `cpi` and `cpc` in a row: the lower register of a pair, the value compared with its low byte, and the
+    /// register compared with its high byte.
     ComparePair(u8, u8, u8),
     /// `in` or `lds` from SREG.
     ReadStatus(u8),
@@ -32,7 +32,7 @@ pub enum Effect {
     EnableInterrupts,
     /// `cli`.
     DisableInterrupts,
-    /// `adiw`, `sbiw`, or `subi` and `sbci` in a row: the lower register of a pair, and what is added.
+    /// `adiw`, `sbiw`, or `subi` and `sbci` in a row: the lower register of a pair, and the amount added.
     AddPair(u8, i16),
     Jump(u32),
     /// `ijmp`, `eijmp`: to where Z points.
@@ -40,15 +40,16 @@ pub enum Effect {
     Call(u32),
     /// `icall`, `eicall`.
     CallIndirect,
-    /// There, or on.
+    /// A branch: there, or to the next instruction.
     Branch(u32),
-    /// `brcc`, `brsh`: there after a comparison of unsigned numbers whose first is the same or higher, or on.
+    /// `brcc`, `brsh`: there if the first of two compared unsigned numbers is the same or higher, else to the
+    /// next instruction.
     BranchIfSameOrHigher(u32),
-    /// On, or past the next instruction.
+    /// To the next instruction, or past it.
     Skip,
     /// `ret`, `reti`.
     Return,
-    /// None of these. It may change the registers whose bits are set.
+    /// Any other instruction. It may change the registers whose bits are set.
     Other(u32),
 }
 
@@ -63,7 +64,7 @@ pub enum Half {
 const STACK_POINTER: [(u16, Half); 2] = [(0x5d, Half::Low), (0x5e, Half::High)];
 const STATUS: u16 = 0x5f;
 
-/// The flag of SREG that a comparison of unsigned numbers sets where the first is lower.
+/// The flag of SREG that a comparison sets if the first unsigned number is lower.
 const CARRY: u8 = 1;
 
 const NOTHING: Effect = Effect::Other(0);
@@ -71,7 +72,7 @@ const NOTHING: Effect = Effect::Other(0);
 /// The registers of a product.
 const PRODUCT: Effect = Effect::Other(0b11);
 
-/// What the instruction at an address does, and its length in bytes. `None` where there is none.
+/// The effect of the instruction at an address, and its length in bytes. `None` if there is no instruction.
 pub fn effect(flash: &[u8], address: u32) -> Option<(Effect, u32)> {
     let instruction = instruction(flash, address)?;
     let next = self::instruction(flash, address + 2);
@@ -81,7 +82,7 @@ pub fn effect(flash: &[u8], address: u32) -> Option<(Effect, u32)> {
     }
 }
 
-/// The instruction at an address. `None` where there is none, or half of one.
+/// The instruction at an address. `None` if there is none, or only half of one.
 pub fn instruction(flash: &[u8], address: u32) -> Option<Instruction> {
     let (opcode, second) = (word(flash, address)?, word(flash, address + 2));
     let is_whole = second.is_some() || !has_two_words(opcode);
@@ -90,7 +91,7 @@ pub fn instruction(flash: &[u8], address: u32) -> Option<Instruction> {
 }
 
 /// The address in the data space that the instruction at an address names: a variable's, in `lds` and `sts`,
-/// or that of an I/O register, in `in` and `out`, and where a bit of it is set, cleared or asked for.
+/// or an I/O register's, in `in` and `out`, and in the instructions that set, clear or test a bit of it.
 pub fn named_address(flash: &[u8], address: u32) -> Option<u16> {
     match instruction(flash, address)? {
         Lds { address, .. } | Sts { address, .. } => Some(address),
@@ -104,7 +105,7 @@ pub fn named_address(flash: &[u8], address: u32) -> Option<u16> {
     }
 }
 
-/// Of the instruction at an address, in bytes: what a skip passes over.
+/// The length of the instruction at an address, in bytes: a skip passes over as many.
 pub fn length(flash: &[u8], address: u32) -> u32 {
     word(flash, address).map_or(0, |opcode| if has_two_words(opcode) { 4 } else { 2 })
 }
@@ -114,7 +115,7 @@ fn word(flash: &[u8], address: u32) -> Option<u16> {
     Some(u16::from_le_bytes(*bytes))
 }
 
-/// What two instructions in a row do to a pair of registers: `subi` and `sbci`, or `cpi` and `cpc`.
+/// The effect of two instructions in a row on a pair of registers: `subi` and `sbci`, or `cpi` and `cpc`.
 fn on_pair(first: Instruction, second: Instruction) -> Option<Effect> {
     let (low, high, effect) = match (first, second) {
         (Subi { to: low, value: amount }, Sbci { to: high, value: high_amount }) => {

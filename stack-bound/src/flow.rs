@@ -1,28 +1,29 @@
-//! The control flow of a program's functions: what can follow what, and how long each instruction takes.
+//! The control flow of a program's functions: the successors of each instruction, and its duration.
 
 use std::collections::BTreeMap;
 
 use crate::registers::StackPointer;
 
-/// A place and a stack pointer: how a function gets to a place with different stack pointers is kept apart.
+/// An address and a stack pointer. An address that a function reaches with different stack pointers is
+/// several places.
 pub type Place = (u32, StackPointer);
 
 /// An instruction, or two that are decoded as one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Node {
-    /// Without what an edge adds; see [`timing::cycles`](crate::timing::cycles).
+    /// Without the cycles that an edge adds; see [`timing::cycles`](crate::timing::cycles).
     pub cycles: Option<u32>,
-    /// Where it may lead, and how many cycles more that takes. Behind a call: once that has come back.
+    /// The places that may follow, and how many cycles more each takes. After a call: once it has returned.
     pub next: Vec<(Place, u32)>,
-    /// Where the functions begin one of which it calls.
+    /// The start addresses of the functions of which it calls one.
     pub calls: Vec<u32>,
-    /// What it does to the flag that enables interrupts.
+    /// Its effect on the interrupt flag.
     pub masking: Masking,
     /// The address in the data space that it [names](crate::effect::named_address).
     pub names: Option<u16>,
 }
 
-/// What an instruction does to the flag that enables interrupts.
+/// The effect of an instruction on the interrupt flag of SREG.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Masking {
     #[default]

@@ -1,4 +1,4 @@
-//! A program as the linker leaves it: what is in flash, what it is called, and which tasks it starts.
+//! A program as the linker leaves it: the content of flash, its symbols, and the tasks that it starts.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -14,40 +14,40 @@ const DATA: u64 = 0x80_0000;
 /// The section in which the kernel's `Stack::start` leaves a record for each task.
 const TASKS: &str = ".debug_tasks";
 
-/// What the name of the function begins with in which a task begins; the task's body follows, what it
-/// returns, and `>`.
+/// The start of the name of a task's entry function. The task's body follows, then its return type and `>`.
 const ENTRY: &str = "kernel::arch::avr::start::enter::<";
 
-/// The part of `e_flags` that names the architecture, and the one whose program counter has 3 bytes.
+/// The part of `e_flags` that names the architecture, and the architecture whose program counter has 3 bytes.
 const ARCHITECTURE: u32 = 0x7f;
 const AVR6: u32 = 6;
 
 /// An AVR program read from an ELF file.
 pub struct Image {
     pub(crate) flash: Vec<u8>,
-    /// What a call pushes, in bytes.
+    /// The bytes that a call pushes.
     pub(crate) return_address: u16,
     pub(crate) tasks: BTreeSet<Task>,
-    /// Where SRAM ends, on which `main` and all interrupt handlers run: the address of its last byte.
+    /// The address of the last byte of SRAM. `main` and all interrupt handlers run on the stack that begins
+    /// there.
     pub(crate) stack: u16,
-    /// Where the variables end that lie below.
+    /// The end of the variables, which lie below that stack.
     pub(crate) variables_end: u16,
     /// Functions and labels by address. Labels inside of functions do not count.
     symbols: Symbols,
     /// Labels inside of functions.
     labels: Symbols,
-    /// Variables in SRAM by name: where each lies. Those of one name are several parts of a static.
+    /// The address ranges of variables in SRAM, by name. Several entries of one name are parts of one static.
     variables: Vec<(String, Range<u16>)>,
 }
 
-/// What the record of a task says: 4, 2 and 2 bytes, little-endian.
+/// The record of a task: 4, 2 and 2 bytes, little-endian.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Task {
-    /// Where its code begins.
+    /// The start of its code.
     pub entry: u32,
-    /// Bytes that it captured. They lie at the top of its stack.
+    /// The bytes that its closure captured. They lie at the top of its stack.
     pub captured: u16,
-    /// Bytes of its stack.
+    /// The size of its stack, in bytes.
     pub stack: u16,
 }
 
@@ -115,7 +115,8 @@ impl Image {
         })
     }
 
-    /// Where the variable of this name lies in SRAM. The compiler may have split it; there may be none.
+    /// The address ranges of the variable of this name in SRAM: several if the compiler has split it, none if
+    /// there is no such variable.
     pub fn variable(&self, name: &str) -> impl Iterator<Item = &Range<u16>> {
         self.variables.iter().filter(move |(other, _)| other == name).map(|(_, place)| place)
     }
@@ -126,14 +127,15 @@ impl Image {
         self.symbols[..after].last().map_or("?", |(_, name)| name)
     }
 
-    /// The name of the body of the task that begins there.
+    /// The name of the body of the task whose code begins at `entry`.
     pub fn body(&self, entry: u32) -> &str {
         let name = self.name(entry);
         name.strip_prefix(ENTRY).map_or(name, first_argument)
     }
 
-    /// Where the function of this name begins. A `*` at its end stands for the rest of the name, where that
-    /// leaves no choice: of a function that is made for a closure it tells how many of these stand before.
+    /// The start of the function of this name. A `*` at the end of the name stands for the rest, if only one
+    /// function fits. The rest of the name of a closure's function changes with the number of closures before
+    /// it.
     pub fn function(&self, name: &str) -> Option<u32> {
         let Some(begin) = name.strip_suffix('*') else {
             return self.symbols.iter().find(|(_, other)| other == name).map(|&(at, _)| at);
@@ -149,14 +151,14 @@ impl Image {
         Some(if name.ends_with('*') { self.name(at) } else { name })
     }
 
-    /// Where the label of this name is, inside of a function.
+    /// The address of the label of this name, inside of a function.
     pub fn label(&self, name: &str) -> Option<u32> {
         self.labels.iter().find(|(_, other)| other == name).map(|&(at, _)| at)
     }
 
-    /// The interrupts that the program serves, by the numbers of their vectors, and where these lead.
+    /// The interrupts that the program serves: the number of each vector, and the address of its handler.
     pub fn interrupts(&self) -> impl Iterator<Item = (u8, u32)> {
-        // Where all others lead.
+        // All other vectors lead there.
         let other = self.function("__bad_interrupt");
         let number = |name: &str| name.strip_prefix("__vector_").and_then(|number| number.parse().ok());
         let served = self.symbols.iter().filter(move |(at, _)| Some(*at) != other);
@@ -168,18 +170,18 @@ impl Image {
         self.return_address
     }
 
-    /// Where the program's tasks begin.
+    /// The start addresses of the program's tasks.
     pub fn task_entries(&self) -> impl Iterator<Item = u32> {
         self.tasks.iter().map(|task| task.entry)
     }
 
-    /// Where the interrupt vectors that the program has lead.
+    /// The addresses of the handlers of the program's interrupt vectors.
     pub(crate) fn vectors(&self) -> impl Iterator<Item = u32> {
         self.symbols.iter().filter(|(_, name)| name.starts_with("__vector_")).map(|&(at, _)| at)
     }
 }
 
-/// Copies `content` to `at`; what lies between is unprogrammed flash.
+/// Copies `content` to `at`; a gap before it becomes unprogrammed flash.
 fn place(flash: &mut Vec<u8>, at: usize, content: &[u8]) {
     let end = at + content.len();
     if flash.len() < end {
@@ -214,7 +216,7 @@ fn task(record: &[u8]) -> Task {
     }
 }
 
-/// Addresses in flash, and what is there.
+/// Addresses in flash, and the names there.
 type Symbols = Vec<(u32, String)>;
 
 /// Functions and labels outside of them, by address; and the labels inside of them.
@@ -248,7 +250,7 @@ fn variables(file: &ElfFile32<Endianness>) -> Vec<(String, Range<u16>)> {
     named.collect()
 }
 
-/// A static that the compiler has split has a dot and a number behind the name of each part.
+/// Removes the dot and the number that follow the name of each part of a static that the compiler has split.
 fn without_part(name: String) -> String {
     let is_number = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
     match name.rsplit_once('.') {

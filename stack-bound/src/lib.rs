@@ -1,29 +1,30 @@
 //! How much stack each task of a program for the AVR needs at most, computed from the image that is flashed.
 //!
 //! # How
-//! Every way through the machine code is followed, with what is known of the stack pointer and the registers:
-//! pushes, pops, calls, and frames that are made by writing the stack pointer. A function's use is known once
-//! that of all it calls is. The compiler could tell the frames of its functions (`-Zemit-stack-sizes`), but
-//! not those of assembly, nor which function calls which after link-time optimisation. The image has all of
-//! it, as it will run.
+//! Every path through the machine code is followed, with the known values of the stack pointer and the
+//! registers: pushes, pops, calls, and frames that are made by writing the stack pointer. A function's use is
+//! known once the use of all its callees is. The compiler could report the frames of its functions
+//! (`-Zemit-stack-sizes`), but neither those of assembly nor the calls after link-time optimisation. The
+//! image has all of it, as it will run.
 //!
-//! A task's stack holds, in the worst case, what its closure captured, its functions at their deepest, and
-//! one interrupt. That interrupt's handler runs on the kernel's stack, the rest of SRAM, for which the
+//! A task's stack holds, in the worst case, the captures of its closure, its functions at their deepest, and
+//! one interrupt. That interrupt's handler runs on the kernel's stack, the rest of SRAM. For that stack the
 //! start-up code, `main` and all handlers are followed in the same way. There interrupts nest wherever the
-//! machine code enables them, and in a handler, too. So each vector is followed twice: from a task's stack,
-//! and from the kernel's, where it stays. Which tasks there are, the kernel's `Stack::start` writes into a
-//! section of the ELF file.
+//! machine code enables them, also in a handler. So each vector is followed twice: from a task's stack, and
+//! from the kernel's stack, on which it stays. The kernel's `Stack::start` lists the tasks in a section of
+//! the ELF file.
 //!
-//! # What is taken for granted
-//! - A call preserves Y, and pops what it pushed below its return address. (Of functions it follows, the
-//!   second is checked.)
-//! - Nobody writes into pushed registers or return addresses, or to SPL and SPH through a pointer.
+//! # Assumptions
+//! - A call preserves Y, and pops what it pushed below its return address. (The second is checked for
+//!   functions that are followed.)
+//! - No code writes into pushed registers or return addresses, or to SPL and SPH through a pointer.
 //! - An interrupt may occur anywhere in a task; elsewhere only from an instruction that enables interrupts up
-//!   to one that masks them. Whoever writes SREG writes what he has read there.
-//! - Where a function enables interrupts in a handler, none of those that occur comes to the same place: the
-//!   tick does not expire timers while it expires timers.
+//!   to one that masks them. Code that writes SREG writes a value that it has read there.
+//! - If a handler calls a function that enables interrupts, no interrupt that occurs then reaches the same
+//!   function: the tick does not expire timers while it expires timers.
 //! - Only `kernel_switch` moves to another task's stack; it comes back to contexts whose stack pointer it has
-//!   saved. An interrupt compares SP with `__heap_start` to know whether it has found a task's stack.
+//!   saved. An interrupt compares SP with `__heap_start` to find out whether it has preempted code on a
+//!   task's stack.
 
 mod annotations;
 pub mod effect;
@@ -50,14 +51,14 @@ use program::{Program, SWITCH};
 use registers::StackPointer;
 use usage::{Usage, Use};
 
-/// What a preempted context holds besides the return address, in bytes: all registers and SREG. A test holds
-/// this against what is seen in simavr.
+/// The size of a preempted context besides the return address, in bytes: all registers and SREG. A test
+/// compares it with the use seen in simavr.
 const REGISTERS: u32 = 33;
 
 /// The stacks of a program: of its tasks, and of the kernel.
 ///
 /// # Errors
-/// All that keeps the use of a stack from being computed.
+/// Each problem that keeps the use of a stack from being computed.
 pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Vec<Problem>> {
     let mut program = Program::new(image, annotations, Found::Task);
     let mut kernel = program.start_up().kernel;
@@ -66,7 +67,8 @@ pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Ve
     let on_kernel = interrupts(&mut nested, &mut kernel);
     let mut context = on_task.nested(|_| true);
     if image.function(SWITCH).is_some() {
-        // The kernel lays down half of a preempted context from another stack: that is not seen on the way.
+        // The kernel writes half of a preempted context from another stack, so following the code does not
+        // show it.
         context.raise_to(&Use::of("a preempted context", u32::from(image.return_address) + REGISTERS));
     }
     let mut stacks = Vec::new();
@@ -81,11 +83,11 @@ pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Ve
     if program.problems.is_empty() { Ok(stacks) } else { Err(program.problems.into_iter().collect()) }
 }
 
-/// The control flow of all functions that a program's tasks and interrupts reach, by where they begin.
-/// Interrupts find the stack that `found` says.
+/// The control flow of all functions that a program's tasks and interrupts reach, by their start addresses.
+/// Interrupts find the stack that `found` names.
 ///
 /// # Errors
-/// All that keeps a function from being followed.
+/// Each problem that keeps a function from being followed.
 pub fn flows(
     image: &Image,
     annotations: &Annotations,
@@ -102,9 +104,9 @@ pub fn flows(
     Ok(program.into_flows())
 }
 
-/// How many bytes a function has laid on its stack since it was called, by the address of the instruction to
-/// which it comes: where that is one number, whichever way leads there. Of a function in which a task begins
-/// -1: nothing has called it. What can't be followed is left out.
+/// How many bytes a function has put on its stack since it was called, by the address of the instruction that
+/// it reaches. An address is left out if paths lead there with different numbers, or if it can't be followed.
+/// In the entry function of a task the number is -1: nothing has called that function.
 pub fn depths(image: &Image) -> BTreeMap<u32, i32> {
     let annotations = Annotations::default();
     let mut program = Program::new(image, &annotations, Found::Task);
@@ -129,8 +131,8 @@ pub fn depths(image: &Image) -> BTreeMap<u32, i32> {
     depths.into_iter().filter_map(|(address, depth)| Some((address, depth?))).collect()
 }
 
-/// What interrupts use of the stack that they find; and `kernel` is raised to what they use of the kernel's
-/// when they move there.
+/// The use that interrupts make of the stack that they find. `kernel` is raised to their use of the kernel's
+/// stack, once they have moved there.
 fn interrupts(program: &mut Program, kernel: &mut Usage) -> Usage {
     let mut usage = Usage::default();
     for vector in program.image.vectors() {

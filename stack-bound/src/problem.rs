@@ -2,8 +2,7 @@
 
 use thiserror::Error;
 
-/// Something that keeps the use of a stack from being computed. Addresses are in bytes, as `avr-objdump`
-/// prints them.
+/// A reason why the use of a stack can't be computed. Addresses are in bytes, as `avr-objdump` prints them.
 #[derive(Clone, Debug, Error, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Problem {
     #[error("recursion: {}; if you know how many bytes it uses in all, note \"{} = bytes\"", .0.join(" calls "), .0[0])]

@@ -1,4 +1,4 @@
-//! The whole program: every way through each function, and what its calls add.
+//! The whole program: every path through each function, and the use of its calls.
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
@@ -12,8 +12,7 @@ use crate::state::State;
 use crate::usage::{Usage, Use};
 use crate::{Annotations, Image, timing};
 
-/// The function that leaves a stack for another task's. Nothing else may load a stack pointer that is not
-/// known.
+/// The function that switches to another task's stack. No other function may load an unknown stack pointer.
 pub const SWITCH: &str = "kernel_switch";
 
 /// Whose stack an interrupt finds.
@@ -23,16 +22,16 @@ pub enum Found {
     Kernel,
 }
 
-/// What a function uses, with all that it calls.
+/// The stack use of a function and all its callees.
 #[derive(Default)]
 pub struct Function {
-    /// Of the stack on which it is called, without its return address.
+    /// The use of the stack on which it is called, without its return address.
     pub own: Usage,
-    /// Of the kernel's stack, when it moves there.
+    /// The use of the kernel's stack, if it moves there.
     pub kernel: Usage,
     /// How it returns, if it does.
     returns: Option<Return>,
-    /// What can follow what.
+    /// Its control flow.
     flow: Flow,
 }
 
@@ -46,10 +45,10 @@ struct Return {
 }
 
 impl Return {
-    /// Of a function about which nothing else is known.
+    /// The return of a function about which nothing else is known.
     const UNKNOWN: Return = Return { preserved: PRESERVED, enables_interrupts: false };
 
-    /// One of two returns.
+    /// What holds at either of two returns.
     fn or(self, other: Option<Return>) -> Self {
         let other = other.unwrap_or(self);
         Return {
@@ -62,10 +61,10 @@ impl Return {
 pub struct Program<'a> {
     pub image: &'a Image,
     annotations: &'a Annotations,
-    /// On whose stack an interrupt runs that asks.
+    /// The stack that an interrupt finds when it compares SP.
     found: Found,
     functions: BTreeMap<u32, Rc<Function>>,
-    /// The functions that are being looked at, each called by the one before.
+    /// The functions that are being followed, each called by the one before.
     calls: Vec<u32>,
     pub problems: BTreeSet<Problem>,
 }
@@ -82,12 +81,12 @@ impl<'a> Program<'a> {
         }
     }
 
-    /// What the code from the reset on uses.
+    /// The use of the code from the reset on.
     pub fn start_up(&mut self) -> Function {
         self.explore(0, StackPointer::Fixed(self.image.stack))
     }
 
-    /// What the function that begins there uses.
+    /// The use of the function that begins at `entry`.
     pub fn function(&mut self, entry: u32) -> Rc<Function> {
         if let Some(function) = self.functions.get(&entry) {
             return function.clone();
@@ -115,12 +114,12 @@ impl<'a> Program<'a> {
         Function { own, returns: Some(Return::UNKNOWN), ..Function::default() }
     }
 
-    /// The control flow of the functions that were asked for, and of those that they call.
+    /// The control flow of the functions requested so far, and of their callees.
     pub fn into_flows(self) -> BTreeMap<u32, Flow> {
         self.functions.into_iter().map(|(entry, function)| (entry, function.flow.clone())).collect()
     }
 
-    /// Goes all ways from `entry`, until nothing new is found out.
+    /// Follows all paths from `entry` until no state changes any more.
     fn explore(&mut self, entry: u32, stack_pointer: StackPointer) -> Function {
         let mut function = Function::default();
         function.flow.entry = Some((entry, stack_pointer));
@@ -153,7 +152,8 @@ impl<'a> Program<'a> {
         function
     }
 
-    /// Takes note of where an instruction leads: of all that was known there, the last time it was the most.
+    /// Records where an instruction leads. A later visit overwrites an earlier one: its joined state covers
+    /// the earlier.
     fn record(&self, place: Place, next: &[(Place, State)], flow: &mut Flow) {
         let (flash, address) = (&self.image.flash, place.0);
         let Some((effect, length)) = effect(flash, address) else { return };
@@ -178,7 +178,7 @@ impl<'a> Program<'a> {
         }
     }
 
-    /// Does one instruction, and returns where it leads.
+    /// Applies one instruction, and returns where it leads.
     fn step(
         &mut self,
         place: Place,
@@ -214,8 +214,8 @@ impl<'a> Program<'a> {
                 let targets = self.targets(address, &state)?;
                 targets.into_iter().map(|target| ((target, stack_pointer), state.clone())).collect()
             }
-            // Where an interrupt asks whether it has found a task's stack: these lie below all else that is
-            // free.
+            // Here an interrupt finds out whether it has preempted a task's stack: those lie below the end of
+            // the variables, and the kernel's stack above it.
             Effect::BranchIfSameOrHigher(target) if compared == Some(image.variables_end) => {
                 let next = if self.found == Found::Kernel { target } else { next };
                 vec![((next, stack_pointer), state)]
@@ -251,7 +251,7 @@ impl<'a> Program<'a> {
         })
     }
 
-    /// Whether so many bytes above Y lies the return address.
+    /// Whether the byte at this displacement above Y is part of the return address.
     fn is_return_address(&self, state: &State, bytes: u8) -> bool {
         let first = state.depth_at_y().map(|depth| depth + 1);
         first.is_some_and(|first| {
@@ -259,7 +259,7 @@ impl<'a> Program<'a> {
         })
     }
 
-    /// Calls one of `targets`, whichever uses most.
+    /// Calls one of `targets`; the one with the most use counts.
     fn call(
         &mut self,
         place: Place,
@@ -272,7 +272,7 @@ impl<'a> Program<'a> {
         function.flow.nodes.entry(place).or_default().calls = targets.to_vec();
         for &target in targets {
             let callee = self.function(target);
-            // Of a function that is called with interrupts enabled any place counts as one where they are.
+            // In a function that is called with interrupts enabled, they count as enabled at every place.
             self.note(place, self.image.return_address, &callee, state.enables_interrupts(), function)?;
             returns = callee.returns.map(|callee| callee.or(returns)).or(returns);
         }
@@ -280,15 +280,15 @@ impl<'a> Program<'a> {
         Ok(returns.map(|returns| ((next, place.1), after(returns))).into_iter().collect())
     }
 
-    /// Where Z points: known, or noted.
+    /// Where Z points, from the registers' known values or from the notes.
     fn targets(&self, address: u32, state: &State) -> Result<Vec<u32>, Problem> {
         let name = self.image.name(address);
         let noted = || self.annotations.calls.get(name).map(|callees| callees.iter().copied().collect());
         state.targets().or_else(noted).ok_or_else(|| Problem::Indirect { function: name.to_owned(), address })
     }
 
-    /// At a place `bytes` more are on the stack, and then what `callee` uses, perhaps with interrupts enabled
-    /// throughout.
+    /// Counts `bytes` more on the stack at a place, and the use of `callee` on top of that, with interrupts
+    /// enabled throughout if `is_interruptible`.
     fn note(
         &self,
         (address, stack_pointer): Place,

@@ -8,14 +8,14 @@ use crate::effect::Half;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Byte {
     Unknown,
-    /// What this register held at the start of the function.
+    /// The value of this register at the start of the function.
     AtStart(u8),
     Is(u8),
-    /// A byte of the stack pointer as it is with so many bytes on the stack.
+    /// A byte of the stack pointer's value with so many bytes on the stack.
     OfStackPointer(Half, i32),
 }
 
-/// What a pair of registers may hold: any of a few things, low byte first.
+/// The possible values of a pair of registers, a few at most, low byte first.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pair(BTreeSet<[Byte; 2]>);
 
@@ -24,13 +24,13 @@ pub struct Pair(BTreeSet<[Byte; 2]>);
 pub enum StackPointer {
     /// The stack on which the function was called, with so many bytes on it.
     Own(i32),
-    /// An address that stands in the program.
+    /// An address that the program names.
     Fixed(u16),
-    /// Another stack, nobody knows which: a context was switched.
+    /// Another stack, after a context switch; which one is unknown.
     Elsewhere,
 }
 
-/// More than this many possibilities are taken for any.
+/// More possibilities than these count as unknown.
 const MOST: usize = 8;
 
 impl Pair {
@@ -59,7 +59,7 @@ impl Pair {
         if bytes.all(|byte| byte == first) { first } else { Byte::Unknown }
     }
 
-    /// What it holds, taken for a stack pointer.
+    /// Its value as a stack pointer.
     pub fn stack_pointer(&self) -> StackPointer {
         match [self.byte(0), self.byte(1)] {
             [Byte::Is(low), Byte::Is(high)] => StackPointer::Fixed(u16::from_le_bytes([low, high])),
@@ -70,7 +70,7 @@ impl Pair {
         }
     }
 
-    /// All that it may hold, if that is known.
+    /// All possible values, if they are known.
     pub fn values(&self) -> Option<Vec<u16>> {
         let value = |bytes: &[Byte; 2]| match *bytes {
             [Byte::Is(low), Byte::Is(high)] => Some(u16::from_le_bytes([low, high])),
@@ -84,7 +84,7 @@ impl Pair {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Registers([Pair; 16]);
 
-/// Those that survive every call, Y: a switch to another task preserves no more.
+/// The registers that survive every call, Y: a switch to another task preserves no others.
 pub const PRESERVED: u32 = 0b11 << 28;
 
 impl Registers {
@@ -99,7 +99,7 @@ impl Registers {
         Registers(std::array::from_fn(|_| Pair::unknown()))
     }
 
-    /// Those that hold what they held at the start, a bit each.
+    /// The registers that hold their value from the start, a bit each.
     pub fn preserved(&self) -> u32 {
         (0..32)
             .filter(|&register| self.byte(register) == Byte::AtStart(register))
@@ -139,14 +139,14 @@ impl Registers {
         });
     }
 
-    /// Nothing is known any more of the registers whose bits are set.
+    /// Marks the registers whose bits are set as unknown.
     pub fn forget(&mut self, registers: u32) {
         for register in (0..32).filter(|register| registers >> register & 1 != 0) {
             self.set(register, Byte::Unknown);
         }
     }
 
-    /// What is known where two ways meet.
+    /// What is known where two paths meet.
     pub fn join(&mut self, other: &Registers) {
         for (pair, other) in self.0.iter_mut().zip(&other.0) {
             pair.join(other);

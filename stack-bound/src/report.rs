@@ -1,4 +1,4 @@
-//! What is said of a stack.
+//! The report on a stack.
 
 use std::fmt::{self, Display, Formatter};
 
@@ -6,11 +6,11 @@ use crate::Image;
 use crate::image::Task;
 use crate::usage::Use;
 
-/// What the kernel lays on a stack for its task to start from besides a return address, gone when that runs,
-/// in bytes.
+/// The size of the context from which a task starts, besides the return address, in bytes. It is gone when
+/// the task runs.
 const FIRST_CONTEXT: u16 = 4;
 
-/// A stack, and what needs most of it. Printed, it is a line and one for each step.
+/// A stack, and its deepest chain of calls. It prints as a line, and one more for each step.
 #[derive(Clone, Debug)]
 pub struct Stack {
     /// The task that runs on it, or "kernel".
@@ -19,7 +19,7 @@ pub struct Stack {
     pub entry: u32,
     /// Bytes.
     pub size: u16,
-    /// What needs most, from the top down.
+    /// The deepest chain, from the top down.
     pub steps: Vec<Step>,
 }
 
@@ -49,7 +49,7 @@ impl Stack {
         Stack { name: "kernel".to_owned(), entry: 0, size, steps: printed(deepest) }
     }
 
-    /// How many bytes it must have.
+    /// How many bytes the stack must have.
     pub fn needs(&self) -> u32 {
         self.steps.iter().map(|step| step.bytes).sum()
     }
@@ -59,7 +59,7 @@ impl Stack {
     }
 }
 
-/// The steps that use anything.
+/// The steps that use at least a byte.
 fn printed(steps: Use) -> Vec<Step> {
     steps.0.into_iter().filter(|step| step.bytes != 0).collect()
 }

@@ -1,4 +1,4 @@
-//! What is known at a place in a program, and what an instruction makes of it.
+//! What is known at a place in a program, and how an instruction changes it.
 
 use crate::effect::{Effect, Half};
 use crate::registers::{Byte, PRESERVED, Pair, Registers, StackPointer};
@@ -7,31 +7,31 @@ use crate::registers::{Byte, PRESERVED, Pair, Registers, StackPointer};
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Interrupts {
     Masked,
-    /// Not before this instruction: the one before has just enabled them.
+    /// Enabled from the next instruction on: the one before has just enabled them.
     Soon,
     Enabled,
 }
 
-/// What is known besides the stack pointer.
+/// What is known at a place besides the stack pointer.
 #[derive(Clone, PartialEq, Eq)]
 pub struct State {
     registers: Registers,
-    /// The bytes pushed last, as far as no other use of the stack came between.
+    /// The bytes pushed last, since the last other use of the stack.
     pushed: Vec<Byte>,
     /// The pair whose upper register was the last to go to SPH: SPL follows.
     written: Option<Pair>,
     /// Whether the stack pointer of this context was read: only then can a switch lead back to it.
     pub is_saved: bool,
     interrupts: Interrupts,
-    /// Whether SREG was ever read with interrupts enabled: what is written to it may enable them then.
+    /// Whether SREG was ever read with interrupts enabled. If so, a write to it may enable them.
     was_enabled: bool,
-    /// What the last instruction compared this stack's pointer with.
+    /// The address with which the last instruction compared this stack's pointer.
     compared: Option<u16>,
 }
 
 impl State {
-    /// At the start of a function. Interrupts count as masked, as most callers have them: a call with
-    /// interrupts enabled sees to that.
+    /// The state at the start of a function. Interrupts count as masked, as they are in most callers; a call
+    /// with interrupts enabled counts them itself.
     pub fn at_start() -> Self {
         State {
             registers: Registers::at_start(),
@@ -49,12 +49,12 @@ impl State {
         self.interrupts == Interrupts::Enabled
     }
 
-    /// Whether interrupts are enabled, if only from the next instruction on.
+    /// Whether interrupts are enabled, now or from the next instruction on.
     pub fn enables_interrupts(&self) -> bool {
         self.interrupts != Interrupts::Masked
     }
 
-    /// Begins an instruction. Returns what the one before compared this stack's pointer with.
+    /// Begins an instruction. Returns the address with which the one before compared this stack's pointer.
     pub fn begin(&mut self) -> Option<u16> {
         if self.interrupts == Interrupts::Soon {
             self.interrupts = Interrupts::Enabled;
@@ -73,7 +73,7 @@ impl State {
         Some(words.into_iter().map(|word| u32::from(word) * 2).collect())
     }
 
-    /// How many bytes were on the stack when Y took the stack pointer, if it still holds that.
+    /// How many bytes were on the stack when the stack pointer was copied to Y, if Y still holds that value.
     pub fn depth_at_y(&self) -> Option<i32> {
         match self.registers.pair(28).stack_pointer() {
             StackPointer::Own(depth) => Some(depth),
@@ -81,7 +81,7 @@ impl State {
         }
     }
 
-    /// After a call has come back, which preserves these registers, a bit each, and perhaps enables
+    /// The state after a call has returned that preserves these registers, a bit each, and perhaps enables
     /// interrupts.
     pub fn after_call(mut self, preserved: u32, enables_interrupts: bool) -> Self {
         self.registers.forget(!(preserved | PRESERVED));
@@ -91,12 +91,12 @@ impl State {
         self
     }
 
-    /// After `bytes` that nobody follows were pushed.
+    /// Pushes `bytes` of unknown value. Returns the stack pointer then.
     pub fn push_unknown(&mut self, stack_pointer: StackPointer, bytes: u16) -> StackPointer {
         (0..bytes).fold(stack_pointer, |stack_pointer, _| self.push(stack_pointer, Byte::Unknown))
     }
 
-    /// After an instruction that leads to the next; returns the stack pointer then.
+    /// Applies an instruction that leads to the next one. Returns the stack pointer then.
     pub fn apply(&mut self, effect: Effect, stack_pointer: StackPointer) -> StackPointer {
         match effect {
             Effect::Push(from) => return self.push(stack_pointer, self.registers.byte(from)),
@@ -129,7 +129,7 @@ impl State {
                 self.was_enabled |= self.enables_interrupts();
                 self.registers.set(to, Byte::Unknown);
             }
-            // What it writes was read there.
+            // The value was read from SREG.
             Effect::WriteStatus(_) if self.was_enabled => self.enable(),
             Effect::WriteStatus(_) => self.interrupts = Interrupts::Masked,
             Effect::AddPair(low, amount) => self.registers.add(low, amount),
@@ -146,7 +146,7 @@ impl State {
         stack_pointer
     }
 
-    /// Enables interrupts, of which none occurs before the next instruction has run.
+    /// Enables interrupts. None occurs before the next instruction has run.
     fn enable(&mut self) {
         self.interrupts = self.interrupts.max(Interrupts::Soon);
     }
@@ -156,7 +156,7 @@ impl State {
         lowered(stack_pointer, 1)
     }
 
-    /// SPH is written first, SPL after it from the same pair: so do compilers, and the kernel.
+    /// SPH is written first, then SPL from the same pair, as compilers and the kernel do it.
     fn write(&mut self, half: Half, from: u8, stack_pointer: StackPointer) -> StackPointer {
         let pair = self.registers.pair(from);
         if half == Half::High {
@@ -172,7 +172,7 @@ impl State {
         after
     }
 
-    /// What is known where two ways meet.
+    /// Keeps what holds on both of two paths that meet.
     pub fn join(&mut self, other: &State) {
         self.registers.join(&other.registers);
         let common = self.pushed.len().min(other.pushed.len());

@@ -4,9 +4,9 @@ use instruction_set::Instruction::*;
 
 use crate::effect::{Effect, instruction};
 
-/// What the instruction at an address takes, in cycles, where the next one follows: a branch that is taken
-/// takes one more, and a skip one for each word that it passes over. `None` where there is no instruction,
-/// and for `spm`, which takes as long as the flash does.
+/// The cycles of the instruction at an address when the next one follows. A taken branch takes one more, and
+/// a skip one for each word that it passes over. `None` if there is no instruction, and for `spm`, which
+/// takes as long as the flash does.
 ///
 /// A call pushes `return_address` bytes.
 pub fn cycles(flash: &[u8], address: u32, return_address: u16) -> Option<u32> {
@@ -32,8 +32,8 @@ pub fn cycles(flash: &[u8], address: u32, return_address: u16) -> Option<u32> {
     })
 }
 
-/// How many cycles more the core waits for the EEPROM behind the instruction at an address, at most: 4 where
-/// it reads a byte, 2 where it begins to write one (ATmega128 datasheet, "EEPROM Read/Write Access").
+/// How many cycles more the core waits for the EEPROM after the instruction at an address, at most: 4 if it
+/// reads a byte, 2 if it begins to write one (ATmega128 datasheet, "EEPROM Read/Write Access").
 pub fn waits_for_eeprom(flash: &[u8], address: u32) -> u32 {
     const EECR: u8 = 0x3c;
     const EERE: u8 = 1 << 0;
@@ -45,8 +45,8 @@ pub fn waits_for_eeprom(flash: &[u8], address: u32) -> u32 {
     }
 }
 
-/// How many cycles more an instruction takes that leads to `to` rather than to the next one, at `behind`: at
-/// most, for a branch that leads there either way.
+/// How many cycles more an instruction takes if it leads to `to` rather than to the next one, at `behind`.
+/// For a branch whose target is the next instruction this is the most.
 pub fn more_cycles(effect: Effect, behind: u32, to: u32) -> u32 {
     match effect {
         Effect::Branch(target) | Effect::BranchIfSameOrHigher(target) => u32::from(to == target),
@@ -55,12 +55,12 @@ pub fn more_cycles(effect: Effect, behind: u32, to: u32) -> u32 {
     }
 }
 
-/// Whether the core sleeps from the instruction at an address on, until an interrupt comes.
+/// Whether the instruction at an address puts the core to sleep until an interrupt comes.
 pub fn is_sleep(flash: &[u8], address: u32) -> bool {
     instruction(flash, address) == Some(Sleep)
 }
 
-/// Whether that is `reti`, which enables interrupts.
+/// Whether the instruction at an address is `reti`, which enables interrupts.
 pub fn is_return_from_interrupt(flash: &[u8], address: u32) -> bool {
     instruction(flash, address) == Some(Reti)
 }

@@ -1,10 +1,10 @@
-//! How much of a stack is used, and by what.
+//! How much of a stack is used, and by which functions.
 
 use std::collections::BTreeMap;
 
 use crate::Step;
 
-/// What is used of a stack at most, and by what, from the top down.
+/// The most that is used of a stack, by function, from the top down.
 #[derive(Clone, Default)]
 pub struct Use(pub Vec<Step>);
 
@@ -17,7 +17,7 @@ impl Use {
         self.0.iter().map(|step| step.bytes).sum()
     }
 
-    /// What is used when another use comes on top of this one.
+    /// This use with another one on top of it.
     pub fn then(&self, other: &Use) -> Self {
         Use(self.0.iter().chain(&other.0).cloned().collect())
     }
@@ -29,11 +29,11 @@ impl Use {
     }
 }
 
-/// What is used of a stack, and where interrupts come on top of that.
+/// The use of a stack, and where interrupts come on top of it.
 #[derive(Clone, Default)]
 pub struct Usage {
     pub deepest: Use,
-    /// By the function that enables interrupts, what is in use at most while they are enabled.
+    /// The most that is in use while interrupts are enabled, by the function that enables them.
     windows: BTreeMap<String, Use>,
 }
 
@@ -42,7 +42,7 @@ impl Usage {
         Usage { deepest, windows: BTreeMap::new() }
     }
 
-    /// Interrupts are enabled in `function` with so much in use.
+    /// Notes that `function` enables interrupts with so much in use.
     pub fn open_window(&mut self, function: &str, within: Use) {
         match self.windows.get_mut(function) {
             Some(window) => window.raise_to(&within),
@@ -59,7 +59,7 @@ impl Usage {
         }
     }
 
-    /// The same where `other` comes on top of `bytes` that `name` uses.
+    /// Raises this to `other` on top of `bytes` that `name` uses.
     pub fn raise_to_call(&mut self, name: &str, bytes: u32, other: &Usage) {
         // Names are long, and most places are not the deepest.
         if bytes + other.deepest.bytes() > self.deepest.bytes() {
@@ -70,7 +70,7 @@ impl Usage {
         }
     }
 
-    /// What is used at most with interrupts, each of which uses at most `interrupts` where it occurs.
+    /// The most that is used with interrupts, each of which uses `interrupts` at most.
     pub fn with(&self, interrupts: &Usage) -> Use {
         let mut deepest = self.deepest.clone();
         for (function, within) in &self.windows {
@@ -79,8 +79,8 @@ impl Usage {
         deepest
     }
 
-    /// What interrupts use that nest in one another: each window is open once, and in the last one is the
-    /// deepest interrupt.
+    /// The use of interrupts that nest in one another: each window opens once, and the deepest interrupt
+    /// occurs in the last one.
     pub fn nested(&self, is_closed: impl Fn(&str) -> bool) -> Use {
         let open = self.windows.iter().filter(|(function, _)| is_closed(function));
         open.fold(Use::default(), |nested, (_, within)| nested.then(within)).then(&self.deepest)

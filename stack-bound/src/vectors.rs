@@ -1,5 +1,5 @@
-//! What the interrupts of the ATmega128 are called, by the numbers of their vectors, from 0 (datasheet,
-//! "Interrupt Vectors in ATmega128").
+//! The names of the ATmega128's interrupts, by the numbers of their vectors, from 0 (datasheet, "Interrupt
+//! Vectors in ATmega128").
 
 const NAMES: [&str; 35] = [
     "RESET",
@@ -39,7 +39,7 @@ const NAMES: [&str; 35] = [
     "SPM READY",
 ];
 
-/// The name of the interrupt with this vector; `None` if there is no such.
+/// The name of the interrupt with this vector; `None` if there is none.
 pub fn name(vector: u8) -> Option<&'static str> {
     NAMES.get(usize::from(vector)).copied()
 }

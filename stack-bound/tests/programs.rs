@@ -1,4 +1,4 @@
-//! Programs made by hand: their bounds are known to the byte, and what has none is named.
+//! Hand-written programs whose bounds are known to the byte, and programs without a bound, which are named.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -22,7 +22,7 @@ fn build_file(source: &str, mcu: &str) -> PathBuf {
     elf
 }
 
-/// Of the test that runs: no two tests write the same file.
+/// The name of the running test, so that no two tests write the same file.
 fn thread_name() -> String {
     std::thread::current().name().unwrap_or_default().to_owned()
 }
@@ -78,8 +78,8 @@ fn tasks_with_a_program_counter_of_three_bytes() {
     assert_eq!(steps(kernel)[1..], [("an interrupt", 3), ("kernel_switch", 9), ("odd", 3)]);
 }
 
-/// In `main`, with a byte pushed, two interrupts: one enables them 5 bytes deep, and the other is the
-/// deepest.
+/// Two interrupts occur in `main` with a byte pushed: one enables interrupts 5 bytes deep, and the other is
+/// the deepest.
 #[test]
 fn interrupts_that_nest() {
     let bounds = bounds(&build("nested.S", "atmega128"), "");

@@ -1,4 +1,5 @@
-//! Makes a documentation test of each page in docs/examples: what it says does not compile must not.
+//! Makes a documentation test of each page in docs/examples: code that must not compile according to the page
+//! must not.
 
 use std::path::Path;
 use std::{env, fs};

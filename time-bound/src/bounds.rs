@@ -1,4 +1,4 @@
-//! The bounds of a program's interrupts, and of what its tasks keep them waiting for.
+//! The bounds of a program's interrupts, and of how long its tasks mask them.
 
 use std::collections::BTreeSet;
 
@@ -19,31 +19,31 @@ pub fn response(image: &Image, is_asleep: bool) -> u64 {
     if is_asleep { jump + 8 + 2 * more } else { jump + 4 + more }
 }
 
-/// What an interrupt takes at most, in cycles, from its acceptance on.
+/// How long an interrupt takes at most, in cycles, from its acceptance on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 pub struct Interrupt {
     /// The number of its vector, from 1.
     pub vector: u8,
-    /// To its end; and where it has woken a task of a higher priority, until that runs. What nests in it is
-    /// not counted.
+    /// To its end, or, if it has woken a task of a higher priority, until that task runs. Interrupts that
+    /// nest in it are not counted.
     pub cycles: u64,
-    /// Until interrupts are enabled first: all others wait for that.
+    /// Until interrupts are first enabled: all other interrupts wait for that.
     pub masked: u64,
     /// The longest stretch with interrupts masked after that; 0 if there is none.
     pub masked_again: u64,
-    /// The longest of all these that `reti` ends: behind that no interrupt comes before an instruction more
-    /// of what was interrupted. 0 if there is none.
+    /// The longest of all these stretches that `reti` ends: after `reti` one more instruction of the
+    /// interrupted code runs before the next interrupt. 0 if there is none.
     pub masked_last: u64,
 }
 
 impl Interrupt {
-    /// What the datasheet calls it.
+    /// Its name in the datasheet.
     pub fn name(&self) -> &'static str {
         vectors::name(self.vector).unwrap_or("?")
     }
 }
 
-/// What a task keeps interrupts waiting for.
+/// How long a task keeps interrupts waiting.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Task {
     /// The name of its body.
@@ -52,22 +52,22 @@ pub struct Task {
     pub masked: u64,
 }
 
-/// A turn of a task's loop that is noted as a job.
+/// One iteration of a task's loop that is noted as a job.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Job {
     /// The function that has the loop.
     pub function: String,
-    /// Where the loop begins, in bytes of flash.
+    /// The start of the loop, in bytes of flash.
     pub address: u32,
-    /// What a turn takes at most on its own, in cycles: with the kernel's switches, which its waits make, and
-    /// without what runs meanwhile.
+    /// How long an iteration takes at most on its own, in cycles: with the kernel's switches in its waits,
+    /// and without the code that runs meanwhile.
     pub cycles: u64,
 }
 
 /// The bounds of a program.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Bounds {
-    /// By vector: the lower goes first.
+    /// By vector: the lower one is served first.
     pub interrupts: Vec<Interrupt>,
     /// By name.
     pub tasks: Vec<Task>,
@@ -75,7 +75,7 @@ pub struct Bounds {
     pub jobs: Vec<Job>,
 }
 
-/// What the interrupt takes whose vector leads there.
+/// The bounds of the interrupt whose vector leads to `entry`.
 fn interrupt(
     (vector, entry): (u8, u32),
     response: u64,
@@ -98,10 +98,10 @@ fn interrupt(
 }
 
 impl Bounds {
-    /// Of an image.
+    /// The bounds of an image.
     ///
     /// # Errors
-    /// All that keeps any of them from being computed.
+    /// Each problem that keeps any of them from being computed.
     pub fn new(image: &Image, annotations: &Annotations, notes: &Notes) -> Result<Self, Vec<Problem>> {
         let mut bounds = Bounds::default();
         let mut problems = BTreeSet::new();
@@ -116,7 +116,7 @@ impl Bounds {
                 }
             }
             if found == Found::Kernel {
-                continue; // of tasks no instruction asks whose stack it has found
+                continue; // a task's code never compares SP to find out whose stack it runs on
             }
             for entry in facts.with_jobs(&flows) {
                 problems.extend(timer.function(entry).err().into_iter().flatten());
@@ -141,13 +141,14 @@ impl Bounds {
         if problems.is_empty() { Ok(bounds) } else { Err(problems.into_iter().collect()) }
     }
 
-    /// The longest stretch, in cycles, for which an instruction masks interrupts, in a task or an interrupt.
+    /// The longest stretch, in cycles, that begins with an instruction that masks interrupts, in a task or an
+    /// interrupt.
     pub fn masked_by_instructions(&self) -> u64 {
         let again = self.interrupts.iter().map(|interrupt| interrupt.masked_again);
         self.tasks.iter().map(|task| task.masked).chain(again).max().unwrap_or(0)
     }
 
-    /// Adds an interrupt, or raises what is there of it.
+    /// Adds an interrupt, or raises the bounds that are known of it.
     fn raise(&mut self, interrupt: Interrupt) {
         match self.interrupts.iter_mut().find(|other| other.vector == interrupt.vector) {
             Some(known) => {

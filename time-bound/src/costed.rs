@@ -1,4 +1,4 @@
-//! Events with what each of them costs.
+//! Events with their costs.
 
 use std::collections::BTreeMap;
 
@@ -7,20 +7,20 @@ use crate::costs::Costs;
 use crate::problem::Problem;
 use crate::releases::{Event, Releases, Run};
 
-/// Longer than this, in cycles, nobody looks: the CPU is taken to be busy for ever. 10 s.
+/// An iteration that exceeds this, in cycles, stops: the CPU then counts as busy for ever. 10 s.
 pub const PATIENCE: u64 = 160_000_000;
 
-/// Behind `reti`, and behind what enables interrupts, the program executes one instruction, of 4 cycles at
-/// most, before the next interrupt.
+/// After `reti` and after an instruction that enables interrupts, the program executes one instruction, of 4
+/// cycles at most, before the next interrupt.
 pub const BETWEEN: u64 = 4;
 
 /// Runs of an interrupt.
 pub struct Runs {
     pub vector: Option<u8>,
     times: u64,
-    /// All of them together.
+    /// Of all runs together.
     cycles: u64,
-    /// What the interrupted program executes behind each of them, in cycles, though an interrupt is pending.
+    /// The cycles that the interrupted program executes after each of them though an interrupt is pending.
     behind: u64,
 }
 
@@ -34,27 +34,27 @@ impl Runs {
         self.cycles + self.times * self.behind
     }
 
-    /// One of them.
+    /// The cycles of one run.
     pub fn longest(&self) -> u64 {
         self.cycles / self.times.max(1)
     }
 }
 
-/// An event with what it costs: of interrupts, and of each task by priority.
+/// An event with its costs: of interrupts, and of each task by priority.
 pub struct Costed<'a> {
     pub event: &'a Event,
-    /// The priority of the task without which no more of them come.
+    /// The priority of the task that has to run before more of these events come.
     needed: Option<u8>,
-    /// The interrupts that it has run, or others instead.
+    /// The interrupt runs that it causes, or the others that may come instead.
     pub runs: [Vec<Runs>; 2],
     pub tasks: BTreeMap<u8, u64>,
 }
 
 impl<'a> Costed<'a> {
-    /// Of an event.
+    /// The costs of an event.
     ///
     /// # Errors
-    /// All that keeps a run from having a bound, and names of tasks that are not listed.
+    /// Each problem that keeps a run from having a bound, and names of tasks that are not listed.
     pub fn of(
         event: &'a Event,
         releases: &Releases,
@@ -81,12 +81,13 @@ impl<'a> Costed<'a> {
         Ok(Costed { event, needed, runs, tasks })
     }
 
-    /// What it takes of interrupts.
+    /// The cycles of its interrupts.
     pub fn interrupts(&self) -> u64 {
         self.most(|_| true, |run| run.cycles)
     }
 
-    /// What it takes of interrupts with such vectors, with what the program executes behind each.
+    /// The cycles of its interrupts with such vectors, and of the code that runs after each though another is
+    /// pending.
     pub fn interrupts_of(&self, is_such: impl Fn(u8) -> bool) -> u64 {
         self.most(|run| run.vector.is_some_and(&is_such), Runs::with_behind)
     }
@@ -97,14 +98,14 @@ impl<'a> Costed<'a> {
         of(runs).max(of(instead))
     }
 
-    /// What it takes of interrupts, with what a lower task executes behind each, and of tasks that go before
-    /// a task of this priority, or beside it.
+    /// The cycles of its interrupts, with those that a lower task executes after each, and of tasks of this
+    /// priority or a higher one.
     pub fn cycles(&self, priority: u8) -> u64 {
         self.most(|_| true, Runs::with_behind)
             + self.tasks.range(..=priority).map(|(_, cycles)| cycles).sum::<u64>()
     }
 
-    /// How many come within so many cycles, at most, while no task below this priority runs.
+    /// How many come within so many cycles, at most, while no task of lower priority runs.
     pub fn times(&self, within: u64, priority: u8) -> u64 {
         self.come(within, self.ends(priority))
     }
@@ -120,18 +121,18 @@ impl<'a> Costed<'a> {
         u64::from(sources) * if ends { times.min(most.unwrap_or(at_once).into()) } else { times }
     }
 
-    /// Whether no more than some come while no task below this priority runs.
+    /// Whether only a limited number comes while no task of lower priority runs.
     fn ends(&self, priority: u8) -> bool {
         self.needed.is_some_and(|needed| needed > priority)
     }
 
-    /// After how many cycles the one of this number comes, from 1, where they come as soon as they can.
+    /// When the event of this number comes, counted from 1, in cycles, if events come as soon as they can.
     pub fn arrives(&self, number: u64) -> u64 {
         let [at_once, sources] = [self.event.at_once, self.event.sources].map(u64::from);
         number.saturating_sub(at_once * sources).div_ceil(sources).saturating_mul(self.event.every)
     }
 
-    /// The share of the CPU that it takes in the long run while no task below this priority runs.
+    /// The share of the CPU that it takes in the long run while no task of lower priority runs.
     pub fn share(&self, priority: u8) -> f64 {
         if self.ends(priority) { 0.0 } else { self.of_cpu(self.cycles(priority)) }
     }
@@ -142,16 +143,16 @@ impl<'a> Costed<'a> {
     }
 }
 
-/// What the interrupted program executes behind an interrupt that returns by `reti`, in cycles: an
-/// instruction, which may be the first of a critical section, and one more behind that section. Behind any
-/// other it executes nothing.
+/// The cycles that the interrupted program executes after an interrupt though another is pending. After
+/// `reti` these are an instruction, which may begin a critical section, and one more after that section.
+/// After any other return there are none.
 fn behind(vector: u8, bounds: &Bounds) -> u64 {
     let mut interrupts = bounds.interrupts.iter();
     let by_reti = interrupts.any(|interrupt| interrupt.vector == vector && interrupt.masked_last > 0);
     if by_reti { BETWEEN + bounds.masked_by_instructions() + BETWEEN } else { 0 }
 }
 
-/// So many times so many cycles, or for ever.
+/// `times` times `cycles`, limited to [`PATIENCE`], which stands for ever.
 pub fn all_of(times: u64, cycles: u64) -> u64 {
     times.saturating_mul(cycles).min(PATIENCE)
 }

@@ -1,4 +1,4 @@
-//! What runs of code take at most that are described by what they pass by.
+//! How long runs of code take at most. A run is described by the functions and variables that it avoids.
 
 use std::ops::Range;
 
@@ -18,10 +18,10 @@ pub struct Costs<'a> {
 }
 
 impl<'a> Costs<'a> {
-    /// Of an image's code.
+    /// The costs of an image's code.
     ///
     /// # Errors
-    /// What can't be followed, and notes that do not fit.
+    /// Code that can't be followed, and notes that do not fit.
     pub fn new(image: &'a Image, annotations: &Annotations, notes: &Notes) -> Result<Self, Vec<Problem>> {
         let view = |found| View::new(image, annotations, notes, found);
         Ok(Costs { image, views: vec![view(Found::Task)?, view(Found::Kernel)?] })
@@ -32,13 +32,13 @@ impl<'a> Costs<'a> {
         self.image.whole_name(name)
     }
 
-    /// What a run takes at most, in cycles.
+    /// How long a run takes at most, in cycles.
     ///
     /// # Errors
-    /// All that keeps it from having a bound.
+    /// Each problem that keeps it from having a bound.
     pub fn of(&self, run: &Run) -> Result<u64, Vec<Problem>> {
         let mut longest = 0;
-        // Of tasks no instruction asks whose stack it has found.
+        // A task's code never compares SP to find out whose stack it runs on.
         let views = if run.vector.is_some() { &self.views[..] } else { &self.views[..1] };
         for view in views {
             let whole = self.once(run, &run.without, view)?;
@@ -106,7 +106,7 @@ impl<'a> Costs<'a> {
     }
 }
 
-/// The place of an I/O register that is named by its address in the data space, as in `0x24`.
+/// The address range of an I/O register that is named by its address in the data space, such as `0x24`.
 fn register(name: &str) -> Option<Range<u16>> {
     let address = u16::from_str_radix(name.strip_prefix("0x")?, 16).ok()?;
     Some(address..address + 1)

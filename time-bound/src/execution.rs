@@ -1,4 +1,4 @@
-//! How long functions take at most, on their own: nothing preempts them.
+//! How long functions take at most, without preemption.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,28 +10,28 @@ use crate::notes::Turns;
 use crate::problem::Problem;
 use crate::ways::{Longest, Ways};
 
-/// Times functions. What cuts their ways is the end of a job.
+/// Times functions. The end of a job cuts their paths.
 pub struct Timer<'a> {
     image: &'a Image,
     flows: &'a BTreeMap<u32, Flow>,
     facts: &'a Facts,
     known: BTreeMap<u32, Result<Longest, BTreeSet<Problem>>>,
-    /// The jobs of the functions that were asked for: by where one begins, how long it takes.
+    /// The jobs of the functions requested so far: how long each takes, by the address where it begins.
     pub jobs: BTreeMap<u32, u64>,
-    /// Where jobs begin within a function, or in what it calls: by where that begins.
+    /// The addresses where jobs begin within a function or its callees, by the function's start.
     begins: BTreeMap<u32, BTreeSet<u32>>,
 }
 
 impl<'a> Timer<'a> {
-    /// Of an image's functions, about whose loops and calls `facts` tells.
+    /// A timer for an image's functions. `facts` has their loops and calls.
     pub fn new(image: &'a Image, flows: &'a BTreeMap<u32, Flow>, facts: &'a Facts) -> Self {
         Timer { image, flows, facts, known: BTreeMap::new(), jobs: BTreeMap::new(), begins: BTreeMap::new() }
     }
 
-    /// The function that begins there.
+    /// The longest paths through the function that begins at `entry`.
     ///
     /// # Errors
-    /// All that keeps it from having a bound.
+    /// Each problem that keeps it from having a bound.
     pub fn function(&mut self, entry: u32) -> Result<Longest, BTreeSet<Problem>> {
         if let Some(known) = self.known.get(&entry) {
             return known.clone();
@@ -64,7 +64,8 @@ impl<'a> Timer<'a> {
         ways.longest().map_err(no_path)
     }
 
-    /// Adds a job of a function that begins at `entry`. One that goes on from a call has begun in there.
+    /// Adds a job of a function that begins at `entry`. A job that continues after a call has begun in the
+    /// callee.
     fn add_job(&mut self, entry: u32, flow: &Flow, place: u32, cycles: u64) {
         let begins = if self.facts.turns.get(&place) == Some(&Turns::Job) {
             BTreeSet::from([place])
@@ -79,7 +80,7 @@ impl<'a> Timer<'a> {
         self.begins.entry(entry).or_default().extend(begins);
     }
 
-    /// Adds an instruction, with what it calls.
+    /// Adds an instruction, with the functions that it calls.
     fn add(&mut self, place: Place, node: &Node, ways: &mut Ways) -> Result<(), BTreeSet<Problem>> {
         let address = place.0;
         if self.facts.avoided.has(address, node) {
@@ -90,7 +91,7 @@ impl<'a> Timer<'a> {
         let called = node.calls.iter().map(|&callee| self.function(callee));
         let called = called.collect::<Result<Vec<_>, _>>()?.into_iter().reduce(Longest::max);
         if self.facts.turns.get(&address) == Some(&Turns::Job) {
-            // The job ends before this instruction, which is the next one's first.
+            // The job ends before this instruction, which is the first of the next job.
             ways.end(place, 0);
             ways.begin(place, cycles, node);
         } else if let Some(called) = called {

@@ -1,4 +1,4 @@
-//! What is known of a program's loops and calls: each with its note.
+//! A program's loops and calls, each with its note.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -25,7 +25,7 @@ impl Shape {
         self.0.iter().flat_map(|(&header, inner)| [vec![header], inner.headers()].concat()).collect()
     }
 
-    /// As notes have it, with a question mark for each loop.
+    /// The shape in the syntax of notes, with a question mark for each loop.
     fn text(&self) -> String {
         let one = |inner: &Shape| {
             let brackets = if inner.0.is_empty() { String::new() } else { format!("({})", inner.text()) };
@@ -47,31 +47,32 @@ impl Shape {
     }
 }
 
-/// What is known of loops and calls, and where no way leads.
+/// The notes about loops and calls, and the code that no path passes.
 #[derive(Clone, Default)]
 pub struct Facts {
     /// By the address of a loop's header.
     pub turns: BTreeMap<u32, Turns>,
-    /// By the function that calls: whom it calls, how often at most.
+    /// By the caller: how often at most it calls each callee.
     pub calls: BTreeMap<u32, BTreeMap<u32, u64>>,
-    /// By a function's name, what is said of its loops where they have no bound.
+    /// By a function's name, the problem to report if its loops have no bound.
     pub loops: BTreeMap<String, Problem>,
-    /// What is not called, and not named by any instruction.
+    /// Functions and variables that paths avoid.
     pub avoided: Avoided,
     shapes: Rc<BTreeMap<String, Shape>>,
 }
 
-/// What the ways that are looked at pass by.
+/// The functions and variables that paths avoid.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Avoided {
-    /// Where functions begin.
+    /// The start addresses of functions.
     pub functions: BTreeSet<u32>,
-    /// Places in the data space.
+    /// Address ranges in the data space.
     pub places: Vec<Range<u16>>,
 }
 
 impl Avoided {
-    /// Whether no way leads over the instruction at an address. One way into a function is a jump to it.
+    /// Whether paths avoid the instruction at an address. The address itself is checked because a jump also
+    /// leads into a function.
     pub fn has(&self, address: u32, node: &Node) -> bool {
         self.functions.contains(&address)
             || !node.calls.is_empty() && node.calls.iter().all(|callee| self.functions.contains(callee))
@@ -79,7 +80,7 @@ impl Avoided {
     }
 }
 
-/// The control flow of an image, as its interrupts find a task's stack or the kernel's, and what is known of
+/// The control flow of an image, for interrupts that find a task's stack or the kernel's, and the notes about
 /// it.
 pub struct View {
     /// By where functions begin.
@@ -88,10 +89,10 @@ pub struct View {
 }
 
 impl View {
-    /// Of an image's code, as its interrupts find such a stack.
+    /// The view of an image's code for interrupts that find the stack `found`.
     ///
     /// # Errors
-    /// What can't be followed, and notes that do not fit.
+    /// Code that can't be followed, and notes that do not fit.
     pub fn new(
         image: &Image,
         annotations: &Annotations,
@@ -107,7 +108,7 @@ impl View {
 }
 
 impl Facts {
-    /// What `notes` tell of the functions `flows`.
+    /// The facts that `notes` state about the functions `flows`.
     ///
     /// # Errors
     /// Notes that fit no loop and no call.
@@ -122,7 +123,7 @@ impl Facts {
         Ok(facts)
     }
 
-    /// Adds what `notes` tell, in place of what was told of the same loops and calls.
+    /// Adds the facts of `notes`. They replace earlier ones about the same loops and calls.
     ///
     /// # Errors
     /// Notes that fit no loop and no call.
@@ -159,7 +160,7 @@ impl Facts {
 }
 
 impl Facts {
-    /// Where the functions begin that have jobs.
+    /// The start addresses of the functions that have jobs.
     pub fn with_jobs(&self, flows: &BTreeMap<u32, Flow>) -> Vec<u32> {
         let has_job =
             |flow: &Flow| flow.nodes.keys().any(|(address, _)| self.turns.get(address) == Some(&Turns::Job));
@@ -167,11 +168,11 @@ impl Facts {
     }
 }
 
-/// The loops of each function, by its name. What several functions end with belongs to one of them.
+/// The loops of each function, by its name. A tail that several functions share belongs to one of them.
 fn shapes(image: &Image, flows: &BTreeMap<u32, Flow>) -> BTreeMap<String, Shape> {
     let mut shapes = BTreeMap::<String, Shape>::new();
     for flow in flows.values() {
-        // Those that can be entered at two places are found where a bound is wanted.
+        // A loop that can be entered at two places is reported where a bound is computed.
         let nest = flow.entry.and_then(|entry| nest::of(flow, entry).ok());
         for one in nest.into_iter().flatten() {
             shapes.entry(image.name(one.header.0).to_owned()).or_default().add(&one);

@@ -1,12 +1,12 @@
-//! How long an interrupt waits at most from where its flag is set until it is accepted.
+//! How long an interrupt waits at most from the setting of its flag to its acceptance.
 //!
-//! Handlers do not preempt each other but where they enable interrupts, and of those that wait the one with
-//! the lowest vector goes first. So an interrupt waits for what masks interrupts as its flag is set, and for
-//! all with lower vectors that come until it is accepted. Behind a handler that returns by `reti` an
-//! instruction more of the interrupted program runs. Where that one masks interrupts, all up to where they
-//! are enabled runs, too. Behind `sei` and `ret`, by which the kernel returns, none does, and none behind
-//! `reti` and `ret`, as the vectors of `board` do. A flag is a bit: what sets it again before its interrupt
-//! is accepted has none of its own.
+//! Handlers preempt each other only where they enable interrupts, and of the pending interrupts the one with
+//! the lowest vector is accepted first. So an interrupt waits for the code that masks interrupts as its flag
+//! is set, and for all interrupts with lower vectors that come until it is accepted. After a handler that
+//! returns by `reti` one more instruction of the interrupted program runs. If that instruction masks
+//! interrupts, all code runs up to where they are enabled. The kernel returns by `sei` and `ret`, and the
+//! vectors of `board` by `reti` to a `ret`: after these no such instruction runs. A flag is one bit: an event
+//! that sets it again before its interrupt is accepted causes no second interrupt.
 
 use serde::Serialize;
 
@@ -18,18 +18,19 @@ use crate::releases::Deadline;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Latency {
     pub vector: u8,
-    /// What masks interrupts as its flag is set, and once more behind `reti`, in cycles.
+    /// How long interrupts are masked as its flag is set, and once more after `reti`, in cycles.
     pub blocking: u64,
-    /// From its flag to its acceptance, at most; `None` if it may wait for ever.
+    /// From its flag to its acceptance, at most, in cycles; `None` if it may wait for ever.
     pub latency: Option<u64>,
-    /// What it takes then to do what it has a deadline for, where there is one.
+    /// How long the work with the deadline takes from then on, if there is a deadline, in cycles.
     pub takes: Option<u64>,
     /// From its flag, in cycles.
     pub deadline: Option<u64>,
 }
 
 impl Latency {
-    /// Of an interrupt, and of its deadline, if it has one, with what it takes to do what is due then.
+    /// The latency of an interrupt. `due` has its deadline, if it has one, and how long the work takes that
+    /// is due then.
     pub(crate) fn of(
         interrupt: &Interrupt,
         costed: &[Costed],
@@ -43,7 +44,7 @@ impl Latency {
         Latency { vector: interrupt.vector, blocking, latency, takes, deadline }
     }
 
-    /// What is left until the deadline, in cycles; less than none where the bound is beyond it.
+    /// The time left until the deadline, in cycles; negative if the bound exceeds the deadline.
     pub fn slack(&self) -> Option<i64> {
         let done = self.latency? + self.takes?;
         Some(self.deadline?.cast_signed() - done.cast_signed())
@@ -68,7 +69,7 @@ impl Latency {
         let blocking = longest(|other| other.masked).max(by_instructions).max(behind_return) + BETWEEN;
         let mut latency = blocking;
         while latency < PATIENCE {
-            // One that comes as it is about to be accepted still goes before.
+            // An interrupt with a lower vector that comes just before the acceptance still goes first.
             let goes_before = |other: u8| other < vector && !excluded.contains(&other);
             let before =
                 |one: &Costed| all_of(one.times_without_tasks(latency + 1), one.interrupts_of(goes_before));
@@ -82,7 +83,7 @@ impl Latency {
     }
 }
 
-/// The longest run of a vector among those that come; for ever if none is said to.
+/// The longest listed run of a vector; for ever if none is listed.
 fn longest_run(vector: u8, costed: &[Costed]) -> u64 {
     let runs = costed.iter().flat_map(|one| one.runs.iter().flatten());
     runs.filter(|run| run.vector == Some(vector)).map(Runs::longest).max().unwrap_or(u64::MAX)

@@ -1,27 +1,26 @@
 //! How long each interrupt of a program for the AVR takes at most, how long interrupts are masked, and how
-//! long tasks compute that are noted, computed from the image that is flashed.
+//! long the noted jobs of tasks compute. All of it is computed from the image that is flashed.
 //!
 //! # How
-//! The control flow is that which [`stack_bound`] follows: each way through each function, with what it
-//! calls. What each instruction takes is in [`stack_bound::timing`], which a test holds against simavr
-//! for every opcode. The longest way through a function is found by implicit path enumeration: how often
-//! each edge is taken is a variable of a linear program, whose optimum is the bound. What bounds loops from
-//! above the machine code does not tell: that is [noted](Notes), and a loop without a note is an error that
-//! names it.
+//! The control flow is the one that [`stack_bound`] follows: each path through each function and its callees.
+//! The cycles of each instruction are in [`stack_bound::timing`], which a test compares with simavr for every
+//! opcode. The longest path through a function is found by implicit path enumeration: how often each edge is
+//! taken is a variable of a linear program, whose optimum is the bound. The machine code does not show how
+//! often loops go round at most. That is [noted](Notes), and a loop without a note is an error that names it.
 //!
-//! What comes how often is noted, too: by [`Releases`], with what each event has run. From that follows how
-//! soon tasks [respond](Responses).
+//! [`Releases`] list how often each event comes, and the code that it runs. From that follows how soon tasks
+//! [respond](Responses).
 //!
-//! The same ways, followed from where interrupts are masked to where they are enabled, tell for how long
-//! that is.
+//! The same paths, followed from where interrupts are masked to where they are enabled, show how long they
+//! are masked.
 //!
-//! # What is taken for granted
-//! - All that [`stack_bound`] takes for granted, and that the notes are true.
-//! - SREG is restored as the function found it that restores it: each critical section ends in the function
-//!   in which it began. (Where another one nests in it, that is checked.)
+//! # Assumptions
+//! - The assumptions of [`stack_bound`] hold, and the notes are true.
+//! - A function that restores SREG restores the value that it found: each critical section ends in the
+//!   function in which it began. (For nested sections that is checked.)
 //! - After a return from an interrupt the program executes an instruction, which may mask interrupts. That
-//!   happens once while an interrupt waits, or one that is to wake a task.
-//! - Start-up, until the first task runs, is not looked at.
+//!   happens once while an interrupt waits, or while one waits that is to wake a task.
+//! - Start-up, until the first task runs, is not covered.
 
 mod bounds;
 mod costed;

@@ -1,7 +1,7 @@
 //! `superbot-time-bound IMAGE NOTES LOOPS [RELEASES...] [--json]`: prints how long each interrupt of an image
-//! takes and masks the others, and fails if that cannot be bounded. NOTES tells where indirect calls lead, as
-//! for `superbot-stack-bound`, LOOPS how often loops go round. With RELEASES, which tell what comes how
-//! often, it prints how soon tasks respond, and fails if one of them is not listed.
+//! takes and masks the others, and fails if there is no bound. NOTES says where indirect calls lead, as for
+//! `superbot-stack-bound`; LOOPS says how often loops go round. With RELEASES, which list how often events
+//! come, it prints how soon tasks respond, and fails if a task is not listed.
 
 use std::error::Error;
 use std::ffi::OsString;

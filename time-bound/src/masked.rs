@@ -12,12 +12,12 @@ use crate::ways::{Longest, Ways};
 /// How long a function masks interrupts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Stretches {
-    /// Ways with interrupts masked: what cuts them is that interrupts are enabled and masked again. `reti`
-    /// cuts none: such a way is one to the return.
+    /// Paths with interrupts masked. A cut is where interrupts are enabled and masked again. `reti` is no
+    /// cut: such a path ends at the return.
     pub longest: Longest,
-    /// How it may return: with interrupts enabled, masked.
+    /// Whether it may return with interrupts enabled, and whether with them masked.
     returns: [bool; 2],
-    /// It returns by `reti`: to its caller, of whom an instruction runs before the next interrupt.
+    /// Whether it returns by `reti`. Then the next instruction of its caller runs before any interrupt.
     is_handler: bool,
 }
 
@@ -26,7 +26,7 @@ pub struct Stretches {
 enum Mode {
     Enabled,
     Masked,
-    /// They are, and were when SREG was read into this register.
+    /// They are masked, and already were when SREG was read into this register.
     Nested(u8),
 }
 
@@ -35,20 +35,20 @@ pub struct Stretcher<'a> {
     image: &'a Image,
     flows: &'a BTreeMap<u32, Flow>,
     facts: &'a Facts,
-    /// By where a function begins, and whether interrupts are masked then.
+    /// By a function's start, and whether interrupts are masked there.
     known: BTreeMap<(u32, bool), Result<Stretches, BTreeSet<Problem>>>,
 }
 
 impl<'a> Stretcher<'a> {
-    /// Of an image's functions, about whose loops and calls `facts` tells.
+    /// A stretcher for an image's functions. `facts` has their loops and calls.
     pub fn new(image: &'a Image, flows: &'a BTreeMap<u32, Flow>, facts: &'a Facts) -> Self {
         Stretcher { image, flows, facts, known: BTreeMap::new() }
     }
 
-    /// The function that begins there, called with interrupts masked or enabled.
+    /// The stretches of the function that begins at `entry`, called with interrupts masked or enabled.
     ///
     /// # Errors
-    /// All that keeps it from having a bound.
+    /// Each problem that keeps it from having a bound.
     pub fn function(&mut self, entry: u32, is_masked: bool) -> Result<Stretches, BTreeSet<Problem>> {
         if let Some(known) = self.known.get(&(entry, is_masked)) {
             return known.clone();
@@ -94,7 +94,7 @@ impl<'a> Stretcher<'a> {
         Ok(Stretches { longest, returns, is_handler })
     }
 
-    /// Adds an instruction, with what it calls. Returns how it goes on.
+    /// Adds an instruction, with the functions that it calls. Returns the modes after it.
     fn add(
         &mut self,
         place: Place,
@@ -150,7 +150,8 @@ impl<'a> Stretcher<'a> {
             (Masking::Masks, _) => mode,
             (Masking::Enables, _) if is_return_from_interrupt => mode,
             (Masking::Enables, _) => Mode::Enabled,
-            // It is what the function began with that is read, or else what is restored first.
+            // The first value that is read is the one with which the function began; a later one is restored
+            // before it.
             (Masking::Reads(register), Mode::Masked) if begins == Mode::Enabled => Mode::Nested(register),
             (Masking::Reads(_), Mode::Nested(_)) => return Err(nested()),
             (Masking::Reads(_), _) => mode,
@@ -158,7 +159,8 @@ impl<'a> Stretcher<'a> {
             (Masking::Restores(_), Mode::Nested(_)) => return Err(nested()),
             (Masking::Restores(_), _) => begins,
         };
-        // An interrupt comes only once the next instruction has run: none at all if that masks them again.
+        // An interrupt comes only once the next instruction has run. If that one masks interrupts again, none
+        // comes.
         let masks = |to: &Place| flow.nodes.get(to).is_some_and(|next| next.masking == Masking::Masks);
         let is_in_vain = node.next.iter().any(|(to, _)| masks(to));
         let after = if after == Mode::Enabled && is_in_vain { mode } else { after };
@@ -166,7 +168,8 @@ impl<'a> Stretcher<'a> {
             (true, true) => ways.go_on((place, false), cycles, node),
             (true, false) => ways.end(place, cycles),
             (false, true) => ways.begin(place, 0, node),
-            // `reti`: as if it masked them, since behind it an instruction runs in any case.
+            // `reti` with interrupts enabled counts as if it masked them, since an instruction follows it in
+            // any case.
             (false, false) if is_return_from_interrupt => ways.begin(place, cycles, node),
             (false, false) => {}
         }
@@ -174,7 +177,7 @@ impl<'a> Stretcher<'a> {
     }
 }
 
-/// Whether an instruction is `reti`.
+/// Whether a node is `reti`.
 fn is_return_from_interrupt(node: &Node) -> bool {
     node.masking == Masking::Enables && node.next.is_empty()
 }

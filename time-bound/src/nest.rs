@@ -6,20 +6,20 @@ use petgraph::algo::tarjan_scc;
 use petgraph::graphmap::DiGraphMap;
 use stack_bound::flow::{Flow, Place};
 
-/// A loop: whatever comes into it comes by its header.
+/// A loop: every path into it leads through its header.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Loop<Node> {
     pub header: Node,
-    /// All of its nodes, those of loops inside of it too.
+    /// All of its nodes, including those of loops inside of it.
     pub nodes: BTreeSet<Node>,
-    /// Inside of it, by header.
+    /// The loops inside of it, by header.
     pub inner: Vec<Loop<Node>>,
 }
 
 /// The outermost loops of a function that begins at `entry`.
 ///
 /// # Errors
-/// A place at which a loop can be entered besides another: no compiler makes this of a program's loops.
+/// A second place at which a loop can be entered: no compiler makes such code from a program's loops.
 pub fn of(flow: &Flow, entry: Place) -> Result<Vec<Loop<Place>>, Place> {
     let nodes = flow.nodes.keys().copied().collect();
     let next = |(&from, node): (&Place, &stack_bound::flow::Node)| {

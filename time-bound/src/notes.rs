@@ -1,4 +1,4 @@
-//! How often loops go round: what somebody who knows wrote down.
+//! How often loops go round, written down by hand.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -9,11 +9,12 @@ use thiserror::Error;
 /// How often a loop goes round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Turns {
-    /// Each time that the loop is entered its first instruction is executed so often at most.
+    /// Each time that the loop is entered, its first instruction is executed so often at most.
     AtMost(u64),
-    /// The same, however often the loop is entered: in a call of the function, or a job.
+    /// The loop's first instruction is executed so often at most in a call of the function, or in a job,
+    /// however often the loop is entered.
     InAll(u64),
-    /// A task's own: each turn is a job.
+    /// The loop is a task's main loop: each iteration is a job.
     Job,
 }
 
@@ -31,14 +32,14 @@ pub struct Noted {
 /// tasks::link::receive::run = 4 job(4(7(32) 2))
 /// firmware_master::__vector_34::handler -> kernel::post = 1
 /// ```
-/// A function's loops follow each other as in flash, and what is in brackets behind one is inside of it.
-/// Where another compiler makes other loops the notes no longer fit, and are refused. The second line says
-/// how often the function calls another at most: each time that it is called, or in each job.
+/// A function's loops are listed in the order of flash; loops in brackets after one are inside of it. If
+/// another compiler makes other loops, the notes no longer fit, and are refused. The second line says how
+/// often a function calls another at most, in each call of its own or in each job.
 #[derive(Debug, Default)]
 pub struct Notes {
     /// By the function's name.
     pub(crate) loops: BTreeMap<String, Vec<Noted>>,
-    /// By where the caller begins and the function that it calls.
+    /// By the start addresses of caller and callee.
     pub(crate) calls: BTreeMap<(u32, u32), u64>,
 }
 

@@ -1,21 +1,21 @@
 //! The longest path through a function, by implicit path enumeration (Li and Malik, "Performance Analysis of
 //! Embedded Software Using Implicit Path Enumeration", 1995): how often each edge is taken is a variable of a
-//! linear program. What comes in at a node goes out; loops and notes bound it from above.
+//! linear program. A node is left as often as it is entered; loops and notes bound how often from above.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use microlp::{ComparisonOp, LinearExpr, OptimizationDirection, Problem, Variable};
 
-/// A function's nodes, and what bounds the ways through them.
+/// A function's edges, and the bounds of the paths through them.
 pub struct Paths<Node> {
-    /// From, to, how long.
+    /// From, to, cycles.
     pub edges: Vec<(Node, Node, u64)>,
     pub loops: Vec<Bounded<Node>>,
-    /// Nodes that are executed so often at most, together.
+    /// Nodes, and how often they are executed at most, together.
     pub limits: Vec<(BTreeSet<Node>, u64)>,
 }
 
-/// A loop whose header is executed so often at most, each time that the loop is entered.
+/// A loop whose header is executed `turns` times at most, each time that the loop is entered.
 pub struct Bounded<Node> {
     pub header: Node,
     pub nodes: BTreeSet<Node>,
@@ -29,11 +29,11 @@ impl<Node> Default for Paths<Node> {
 }
 
 impl<Node: Copy + Ord> Paths<Node> {
-    /// The longest path from one of `starts`, each with what was before it, to one of `ends`, each with what
-    /// it takes itself. `None` if no path leads from any to any.
+    /// The longest path, in cycles, from one of `starts`, each with the cycles before it, to one of `ends`,
+    /// each with the cycles of its own. `None` if no path leads from any start to any end.
     ///
     /// # Errors
-    /// No path keeps to the bounds, or a loop has none.
+    /// No path keeps within the bounds, or a loop has no bound.
     pub fn longest(
         &self,
         starts: &BTreeMap<Node, u64>,
@@ -45,7 +45,7 @@ impl<Node: Copy + Ord> Paths<Node> {
         }
         let mut program = Problem::new(OptimizationDirection::Maximize);
         let mut ways: BTreeMap<Node, Ways> = BTreeMap::new();
-        // From none, where the path begins.
+        // An edge from `None` begins the path.
         let mut edges = Vec::new();
         let [mut first, mut last] = [LinearExpr::empty(), LinearExpr::empty()];
         for (&start, &length) in starts {
@@ -92,13 +92,13 @@ impl<Node: Copy + Ord> Paths<Node> {
             all.flat_map(|ways| ways.out.iter().chain(&ways.back)).for_each(|&taken| times.add(taken, 1.0));
             program.add_constraint(times, ComparisonOp::Le, *most as f64);
         }
-        // It is a bound whether or not the counts are whole, and rounding is far below a cycle.
+        // The optimum is a bound even if the counts are not whole numbers, and rounding is far below a cycle.
         let interrupted = |_| microlp::Error::InternalError("interrupted without a limit".to_owned());
         let solution = program.solve()?.into_solution().map_err(interrupted)?;
         Ok(Some(solution.objective().round() as u64))
     }
 
-    /// Whether the path can come back to a node, by these nodes alone.
+    /// Whether a path through these nodes alone can come back to `header`.
     pub fn is_cycle(&self, header: Node, nodes: &BTreeSet<Node>) -> bool {
         let within = self.edges.iter().filter(|(from, to, _)| nodes.contains(from) && nodes.contains(to));
         let edges: Vec<_> = within.copied().collect();
@@ -120,7 +120,7 @@ impl<Node: Copy + Ord> Paths<Node> {
     }
 }
 
-/// The edges into a node, out of it, and from it back to it.
+/// The edges into a node, out of it, and from it to itself.
 #[derive(Default)]
 struct Ways {
     into: Vec<Variable>,
@@ -129,7 +129,7 @@ struct Ways {
 }
 
 impl Ways {
-    /// How much more goes out than comes in.
+    /// How much more often the node is left than entered.
     fn balance(&self) -> LinearExpr {
         let mut balance = LinearExpr::empty();
         self.out.iter().for_each(|&taken| balance.add(taken, 1.0));
@@ -181,7 +181,7 @@ mod tests {
         assert_eq!(longest(&edges, &loops, 4), Some(1 + 4 * (1 + inner + 2) + 1 + inner + 1));
     }
 
-    /// From the midst of a loop three more turns follow.
+    /// From the middle of a loop three more iterations follow.
     #[test]
     fn a_path_that_begins_in_a_loop() {
         let edges = vec![(1, 2, 1), (2, 1, 2), (1, 3, 5)];

@@ -2,8 +2,7 @@
 
 use thiserror::Error;
 
-/// Something that keeps an execution time from being computed. Addresses are in bytes, as `avr-objdump`
-/// prints them.
+/// A reason why an execution time can't be computed. Addresses are in bytes, as `avr-objdump` prints them.
 #[derive(Clone, Debug, Error, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Problem {
     #[error(transparent)]

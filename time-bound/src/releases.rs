@@ -1,4 +1,4 @@
-//! What comes to an MCU, how often at most, and which code that has run: what somebody who knows wrote down.
+//! The events that come to an MCU, how often at most, and the code that they run, written down by hand.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -31,40 +31,40 @@ pub struct Releases {
     pub tasks: Vec<Task>,
     #[serde(default, rename = "deadline")]
     pub deadlines: Vec<Deadline>,
-    /// What an interrupt takes more where it wakes a task that has to wait for others.
+    /// The additional run of an interrupt that wakes a task that then has to wait for others.
     pub wake: Option<Run>,
-    /// Names for what several runs pass by: `@name` stands for all of a set.
+    /// Sets of names that several runs avoid: `@name` stands for all of a set.
     #[serde(default)]
     pub sets: BTreeMap<String, Vec<String>>,
 }
 
-/// Something that comes.
+/// An event that comes again and again.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Event {
     pub name: String,
-    /// Why no more often than `every`.
+    /// Why it comes no more often than `every`.
     pub why: String,
-    /// Cycles between two of them, at least; but for those that come [at once](Self::at_once).
+    /// Cycles between two events, at least, except for those that come [at once](Self::at_once).
     pub every: u64,
     /// How many may come at once.
     #[serde(default = "one")]
     pub at_once: u16,
-    /// How many sources there are, each with events that come so often.
+    /// How many sources there are. The events of each come that often.
     #[serde(default = "one")]
     pub sources: u16,
-    /// The task without which no more of them come.
+    /// The task that has to run before more of these events come.
     pub needs: Option<String>,
-    /// How many come at most until that task runs: if it is not said, as many as [at once](Self::at_once).
+    /// How many come at most until that task runs; by default as many as [at once](Self::at_once).
     pub most: Option<u16>,
-    /// What each of them has run.
+    /// The runs that each event causes.
     pub runs: Vec<Run>,
-    /// What it may have interrupts run instead.
+    /// The interrupt runs that it may cause instead.
     #[serde(default)]
     pub or: Vec<Run>,
 }
 
-/// A run of code: of an interrupt's, or a turn of a task's loop.
+/// A run of code: an interrupt, an iteration of a task's loop, or a function.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
@@ -73,20 +73,20 @@ pub struct Run {
     pub job: Option<String>,
     /// A function, from its call to its return.
     pub function: Option<String>,
-    /// Which of its jobs, in the order of flash, from 0.
+    /// The index of the job among that function's jobs, in the order of flash, from 0.
     #[serde(default)]
     pub turn: usize,
     /// The task whose job it is.
     pub by: Option<String>,
     #[serde(default = "one")]
     pub times: u16,
-    /// Functions that it does not call, and variables that its instructions do not name.
+    /// Functions that this run does not call, and variables that its instructions do not name.
     #[serde(default)]
     pub without: Vec<String>,
-    /// Only what it takes more than if it were without these as well.
+    /// If there are any: count only the cycles beyond those of a run without these as well.
     #[serde(default)]
     pub beyond: Vec<String>,
-    /// Notes as in `loops.txt`, in place of those that are there, for this run alone.
+    /// Notes as in `loops.txt`, which replace those of that file for this run alone.
     #[serde(default)]
     pub notes: String,
 }
@@ -96,34 +96,33 @@ pub struct Run {
 #[serde(deny_unknown_fields)]
 pub struct Task {
     pub name: String,
-    /// What the image calls its body.
+    /// The name of its body in the image.
     pub body: String,
-    /// The most important is 0.
+    /// 0 is the highest.
     pub priority: u8,
     /// The event to which it responds.
     pub answers: Option<String>,
-    /// Where there is none: the function whose loops have its jobs. A `*` stands for the rest of the name.
+    /// If there is none: the function whose loops have its jobs. A `*` stands for the rest of the name.
     pub jobs: Option<String>,
-    /// Within how many cycles it should.
+    /// Within how many cycles it should respond.
     pub deadline: Option<u64>,
-    /// What other tasks of lower priority may do while this one has to wait: calls in which they hold a
-    /// mutex.
+    /// Calls in which tasks of lower priority hold a mutex, and for which this task may have to wait.
     #[serde(default)]
     pub waits_for: Vec<Run>,
     /// Why there is no bound, where there is none.
     pub unbounded: Option<String>,
 }
 
-/// By when an interrupt has to have done something.
+/// The deadline by which an interrupt has to have done its work.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Deadline {
     pub vector: u8,
-    /// Cycles from where its flag is set.
+    /// Cycles from the setting of its flag.
     pub within: u64,
-    /// What is lost after that.
+    /// What is lost if it misses the deadline.
     pub why: String,
-    /// What it has run by then.
+    /// The run that has to be done by then.
     pub until: Run,
     /// Interrupts that do not come while this one waits, by vector.
     #[serde(default)]
@@ -149,7 +148,7 @@ impl Releases {
     /// Reads files as one.
     ///
     /// # Errors
-    /// A file cannot be read, or is none of these.
+    /// A file cannot be read or is malformed, or an event has a 0 where 1 is the least.
     pub fn load<P: AsRef<Path>>(paths: &[P]) -> Result<Self, ReleaseError> {
         let mut releases = Releases::default();
         for path in paths.iter().map(AsRef::as_ref) {
@@ -181,8 +180,8 @@ impl Releases {
     }
 }
 
-/// What a name stands for: itself, or those of a set. One of a set that is not there is refused where it is
-/// used.
+/// The names that a name stands for: itself, or those of a set. The name of an unknown set is refused where
+/// it is used.
 fn members(name: &str, sets: &BTreeMap<String, Vec<String>>) -> Vec<String> {
     let set = name.strip_prefix('@').and_then(|set| sets.get(set));
     set.cloned().unwrap_or_else(|| vec![name.to_owned()])

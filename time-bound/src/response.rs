@@ -1,10 +1,11 @@
-//! How soon each task has done what it was woken for, at most: by the fixed-point iteration of Joseph and
-//! Pandya ("Finding Response Times in a Real-Time System", 1986), with blocking, and with releases that may
-//! follow each other sooner than the task is done (Lehoczky 1990; Tindell, Burns and Wellings 1994).
+//! How soon each task has done the work for which it was woken, at most, by the fixed-point iteration of
+//! Joseph and Pandya ("Finding Response Times in a Real-Time System", 1986), with blocking, and with releases
+//! that may follow each other before the task is done (Lehoczky 1990; Tindell, Burns and Wellings 1994).
 //!
-//! Whatever has interrupts run goes before all tasks. So the CPU is busy with a task, those before it and all
-//! interrupts from a moment at which none of them had anything to do: there all events come at once, as often
-//! as they can, and what lower tasks mask or lock has just begun.
+//! All interrupts go before all tasks. The worst case begins at a moment at which neither the task nor a
+//! higher task nor an interrupt has anything to do: there all events come at once, as often as they can, and
+//! a lower task has just begun to mask interrupts or to hold a lock. From that moment on the CPU is busy with
+//! the task, higher tasks and interrupts.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -19,17 +20,17 @@ use crate::latency::Latency;
 use crate::problem::Problem;
 use crate::releases::{Releases, Task};
 
-/// What an event has run, and how much of the CPU that takes.
+/// The load of an event on the CPU.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Load {
     pub event: String,
-    /// Cycles between two of them, at least.
+    /// Cycles between two events, at least.
     pub every: u64,
-    /// What one takes of interrupts, in cycles.
+    /// The cycles that one event takes in interrupts.
     pub interrupts: u64,
-    /// What one takes of tasks, in cycles.
+    /// The cycles that one event takes in tasks.
     pub tasks: u64,
-    /// Of the CPU, in percent, were it to come that often for ever: interrupts and tasks.
+    /// The share of the CPU, in percent, if the event came that often for ever: interrupts and tasks.
     pub percent: f64,
 }
 
@@ -38,14 +39,14 @@ pub struct Load {
 pub struct Response {
     pub task: String,
     pub priority: u8,
-    /// What it answers.
+    /// The event that it answers.
     pub event: Option<String>,
-    /// What it computes for one of these on its own, in cycles; where it answers none, in its longest job.
-    /// `None` where nobody says which that is.
+    /// How long it computes for one event on its own, in cycles; if it answers none, how long its longest job
+    /// takes. `None` if no such job is named.
     pub cycles: Option<u64>,
-    /// What lower tasks keep it waiting for, in cycles.
+    /// How long lower tasks keep it waiting, in cycles.
     pub blocking: u64,
-    /// Of the CPU, in percent, that all that goes before it takes, and it itself.
+    /// The share of the CPU that this task, higher tasks and interrupts take, in percent.
     pub percent: f64,
     /// From the event to the end of the job, at most, in cycles.
     pub response: Option<u64>,
@@ -55,7 +56,7 @@ pub struct Response {
 }
 
 impl Response {
-    /// What is left until the deadline, in cycles; less than none where the bound is beyond it.
+    /// The time left until the deadline, in cycles; negative if the bound exceeds the deadline.
     pub fn slack(&self) -> Option<i64> {
         Some(self.deadline?.cast_signed() - self.response?.cast_signed())
     }
@@ -103,10 +104,10 @@ pub struct Responses {
 }
 
 impl Responses {
-    /// Of an image whose code takes `costs` and masks interrupts as `bounds` says.
+    /// The responses of an image with these costs and bounds.
     ///
     /// # Errors
-    /// All that keeps a run from having a bound, and names of tasks and events that do not fit.
+    /// Each problem that keeps a run from having a bound, and names of tasks and events that do not fit.
     pub fn new(releases: &Releases, costs: &Costs, bounds: &Bounds) -> Result<Self, Vec<Problem>> {
         let mut problems = Vec::new();
         for body in bounds.tasks.iter().map(|task| &task.name) {
@@ -180,8 +181,9 @@ impl Responses {
         for run in &task.waits_for {
             locked = costs.of(run)?.max(locked);
         }
-        // A task that is below wakes no more than once, and its wake-up is an interrupt's.
+        // A lower task is woken once at most, and an interrupt pays for its wake-up.
         let below = releases.tasks.iter().filter(|other| other.priority > priority).count() as u64;
+        // One critical section may be under way.
         let blocking = locked.max(bounds.masked_by_instructions() + BETWEEN);
         let mut response = Response {
             task: task.name.clone(),
@@ -221,7 +223,7 @@ fn longest(own: &Costed, all: &[Costed], priority: u8, once: u64) -> Option<u64>
     let mut longest = 0;
     for number in 1.. {
         let end = busy(own, all, priority, once, number)?;
-        // Of those that come as the CPU begins to be busy, this is the one of that number.
+        // Events are counted from the moment at which the CPU begins to be busy.
         longest = longest.max(end - own.arrives(number));
         if end <= own.arrives(number + 1) {
             break;
@@ -230,14 +232,14 @@ fn longest(own: &Costed, all: &[Costed], priority: u8, once: u64) -> Option<u64>
     Some(longest)
 }
 
-/// For how long the CPU is busy until so many of an event have been answered; `None` if perhaps for ever.
+/// How long the CPU is busy until `number` events have been answered; `None` if it may be busy for ever.
 fn busy(own: &Costed, all: &[Costed], priority: u8, once: u64, number: u64) -> Option<u64> {
     let job = own.tasks.get(&priority).copied().unwrap_or(0);
     let mut end = 1;
     while end < PATIENCE {
         let others = all.iter().filter(|one| !std::ptr::eq(*one, own));
         let demand: u64 = others.map(|one| all_of(one.times(end, priority), one.cycles(priority))).sum();
-        // Those that come after it interrupt, but their jobs come behind this one.
+        // Later events interrupt this job, but their own jobs run after it.
         let before = all_of(own.times(end, priority).max(number), own.cycles(priority) - job);
         let next = once + all_of(number, job) + before + demand;
         if next <= end {

@@ -1,4 +1,4 @@
-//! The ways through a function: from its begin to its return, and to and from what cuts them.
+//! The paths through a function: from its start to its return, and to and from the cuts between them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,13 +11,13 @@ use crate::notes::Turns;
 use crate::paths::{Bounded, Paths};
 use crate::problem::Problem;
 
-/// The longest ways through a function with all that it calls, in cycles. A cut is where one job ends and the
-/// next begins, or where interrupts are enabled and masked again. `None` where no way leads.
+/// The longest paths through a function and its callees, in cycles. A cut is where one job ends and the next
+/// begins, or where interrupts are enabled and masked again. `None` if there is no such path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Longest {
-    /// From its begin to its return, or to where the program never goes on.
+    /// From its start to its return, or to where the program never continues.
     pub whole: Option<u64>,
-    /// From its begin to a cut.
+    /// From its start to a cut.
     pub into: Option<u64>,
     /// From a cut to its return.
     pub out_of: Option<u64>,
@@ -26,7 +26,7 @@ pub struct Longest {
 }
 
 impl Longest {
-    /// The longer of two, way by way.
+    /// The longer of two, path by path.
     pub fn max(self, other: Longest) -> Longest {
         Longest {
             whole: self.whole.max(other.whole),
@@ -37,32 +37,32 @@ impl Longest {
     }
 }
 
-/// A place before a cut, or behind it.
+/// A place before a cut, or after it.
 pub type Point = (Place, bool);
 
-/// The ways through a function.
+/// The paths through a function.
 #[derive(Default)]
 pub struct Ways {
     paths: Paths<Point>,
     /// Where the function begins.
     entry: BTreeMap<Point, u64>,
-    /// Where the function returns, and what the instruction there takes.
+    /// Where the function returns, and the cycles of the instruction there.
     returns: BTreeMap<Point, u64>,
-    /// Where ways end at cuts, likewise.
+    /// Where paths end at cuts, and the cycles of the instruction there up to the cut.
     ends: BTreeMap<Point, u64>,
-    /// Where they begin behind cuts, and what was before.
+    /// Where paths begin after cuts, and the cycles before that.
     begins: BTreeMap<Point, u64>,
-    /// The longest between cuts within calls.
+    /// The longest path between two cuts within calls.
     inside: Option<u64>,
 }
 
 impl Ways {
-    /// The function begins there.
+    /// Notes that the function begins there.
     pub fn enter(&mut self, point: Point) {
         self.entry.insert(point, 0);
     }
 
-    /// The way goes on from a place, which takes so long, to those that follow it, or to the return.
+    /// Continues a path from a place, which takes `cycles`, to the places that follow it, or to the return.
     pub fn go_on(&mut self, (place, cut): Point, cycles: u64, node: &Node) {
         let next = node.next.iter();
         let edges = next.map(|&(to, more)| ((place, cut), (to, false), cycles + u64::from(more)));
@@ -72,26 +72,26 @@ impl Ways {
         }
     }
 
-    /// The way ends at a place after so long.
+    /// Ends a path at a place, `cycles` after it is reached.
     pub fn end(&mut self, place: Place, cycles: u64) {
         self.ends.insert((place, false), cycles);
     }
 
-    /// One begins at a place, which takes so long then.
+    /// Begins a path at a place, which takes `cycles` from the cut on.
     pub fn begin(&mut self, place: Place, cycles: u64, node: &Node) {
         self.begins.insert((place, true), 0);
         self.go_on((place, true), cycles, node);
     }
 
-    /// One or more are within a call.
+    /// Notes paths between cuts within a call.
     pub fn add_inside(&mut self, between: Option<u64>) {
         self.inside = self.inside.max(between);
     }
 
-    /// Bounds the ways by what is known of the function's loops and calls.
+    /// Bounds the paths by the notes about the function's loops and calls.
     ///
     /// # Errors
-    /// Loops on these ways of which nothing is known.
+    /// Loops on these paths without a note.
     pub fn bound(&mut self, image: &Image, flow: &Flow, facts: &Facts) -> Result<(), BTreeSet<Problem>> {
         let Some(entry) = flow.entry else { return Ok(()) };
         let mut problems = BTreeSet::new();
@@ -118,10 +118,10 @@ impl Ways {
         if problems.is_empty() { Ok(()) } else { Err(problems) }
     }
 
-    /// The longest from each cut of the function's own to the next, by where it is.
+    /// The longest path from each cut in the function itself to the next, by the cut's address.
     ///
     /// # Errors
-    /// What is known of loops and calls leaves no way.
+    /// The notes about loops and calls leave no path.
     pub fn by_begin(&self) -> Result<BTreeMap<u32, u64>, microlp::Error> {
         let mut longest = BTreeMap::new();
         for (&begin, &before) in &self.begins {
@@ -131,10 +131,10 @@ impl Ways {
         Ok(longest)
     }
 
-    /// The longest of them.
+    /// The longest paths of each kind.
     ///
     /// # Errors
-    /// What is known of loops and calls leaves no way.
+    /// The notes about loops and calls leave no path.
     pub fn longest(&self) -> Result<Longest, microlp::Error> {
         let Ways { paths, entry, returns, ends, begins, inside } = self;
         Ok(Longest {

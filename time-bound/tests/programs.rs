@@ -1,4 +1,4 @@
-//! A program made by hand: its bounds are known to the cycle, and what has none is named.
+//! A hand-written program whose bounds are known to the cycle; code without a bound is named.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -36,7 +36,7 @@ fn image() -> Image {
     Image::load(fixture()).expect("avr-gcc makes an AVR image")
 }
 
-/// With these notes: the bounds, or what is said of those that there are not.
+/// The bounds with these notes, or the messages about missing bounds.
 fn bounds(notes: &str) -> Result<Bounds, Vec<String>> {
     let image = image();
     let notes = Notes::parse(notes, &image).expect("the notes fit the image");

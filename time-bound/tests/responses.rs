@@ -1,4 +1,4 @@
-//! Responses of a program made by hand: they are known to the cycle, and what is said wrong of it is named.
+//! Responses of a hand-written program, known to the cycle; wrong statements about the program are named.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -74,7 +74,7 @@ fn responses(text: &str) -> Result<Responses, String> {
         .map_err(|problems| problems.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))
 }
 
-/// The response of the task that is looked at.
+/// The response of the task under test.
 fn response(text: &str) -> Response {
     let responses = responses(text).unwrap_or_else(|problems| panic!("{problems}"));
     responses.tasks.into_iter().find(|task| task.task == "one").expect("it is listed")
@@ -197,14 +197,14 @@ fn an_interrupt_waits_for_the_longest_handler_and_for_those_before_it() {
         let found = interrupts.iter().find(|interrupt| interrupt.vector == vector).expect("it is served");
         (found.blocking, found.latency)
     };
-    // The second vector's handler, of which nobody has said how often it comes, an instruction, and what that
+    // The second vector's handler, for which no frequency is listed, an instruction, and the stretch that it
     // masks.
     let blocking = 71 + 11 + BETWEEN + MASKED;
     assert_eq!(latency(200, 1), (blocking, Some(blocking)), "nothing goes before it");
     assert_eq!(latency(200, 2), (blocking, Some(blocking + INTERRUPT)));
     assert_eq!(latency(100, 2), (blocking, Some(blocking + 4 * INTERRUPT)));
     assert_eq!(latency(50, 2), (blocking, None), "there is always another");
-    // The fifth vector's handler enables interrupts before it returns, and that of the sixth returns to a `ret`.
+    // The fifth handler enables interrupts before it returns, and the sixth returns to a `ret`.
     let blocking = 4 + 1 + 4 + 11 + BETWEEN;
     assert_eq!(latency(200, 5), (blocking, Some(blocking + INTERRUPT)));
 }

@@ -1,4 +1,4 @@
-//! What is said of a run in words and single numbers.
+//! The description of a run, in words and single numbers.
 
 use std::collections::BTreeMap;
 
@@ -12,28 +12,28 @@ use tasks::dock::Dock;
 
 use crate::pack::{ANGLE, POSITION, TURN};
 
-/// What the recording itself does not know.
+/// The data that the recording itself does not have.
 #[derive(Clone, Debug, Serialize)]
 pub struct Subject {
-    /// What the robot is called.
+    /// The robot's name.
     pub robot: String,
-    /// What ran it.
+    /// The engine that ran it.
     pub engine: String,
-    /// How long, in s.
+    /// The length of the run, in s.
     pub seconds: f64,
     pub seed: u64,
-    /// What it moved on; `None` where there was no world.
+    /// The ground that it moved on; `None` without a world.
     pub ground: Option<Ground>,
-    /// How it did, as the program says it.
+    /// The program's summary of the run.
     pub summary: String,
-    /// What it did not do as it should, a line each.
+    /// The robot's faults, a line each.
     pub faults: Vec<String>,
 }
 
-/// The ground: places are said from where the first module began, x ahead, y to the left.
+/// The ground. The origin of positions is where the first module began; x points ahead, y to the left.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Ground {
-    /// How steep it is, in degrees: positive where it rises ahead.
+    /// The slope, in degrees: positive if it rises ahead.
     pub slope: f64,
     pub stair: Option<Stair>,
     pub blocks: Vec<Block>,
@@ -48,39 +48,39 @@ pub struct Stair {
     pub number: usize,
 }
 
-/// What stands on the ground.
+/// A block on the ground.
 #[derive(Clone, Debug, Serialize)]
 pub struct Block {
     /// Its middle, in m.
     pub at: [f64; 2],
     /// Its edges, in m.
     pub size: [f64; 3],
-    /// By how many degrees it is turned to the left.
+    /// Its rotation to the left, in degrees.
     pub turn: f64,
 }
 
-/// What the page reads first.
+/// The data that the page reads first.
 #[derive(Serialize)]
 pub struct About<'a> {
     #[serde(flatten)]
     subject: &'a Subject,
     modules: usize,
-    /// The time between two looks, in s.
+    /// The time between two samples, in s.
     every: f64,
-    /// What the units of the bytes are: mm, of a whole turn's quaternion, degrees.
+    /// The units of the numbers in the bytes: mm, fractions of a unit quaternion's components, degrees.
     units: [f64; 3],
-    /// After so many seconds on its way a hormone is lost.
+    /// The seconds after which a hormone that has not arrived counts as lost.
     lost_after: f64,
     docks: Vec<String>,
     letters: Vec<String>,
     types: Vec<String>,
-    /// By code, what a behaviour did.
+    /// The events of behaviours, by code.
     codes: BTreeMap<u8, [String; 2]>,
-    /// By number, the gaits that the robot can be ordered to walk by.
+    /// The gaits that an order can select, by number.
     gaits: BTreeMap<u8, String>,
 }
 
-/// What is said of a part of a run, beside its bytes.
+/// The description of a part of a run, besides its bytes.
 #[derive(Serialize)]
 pub struct Part<'a> {
     looks: usize,
@@ -100,7 +100,7 @@ struct Attached {
 }
 
 impl<'a> About<'a> {
-    /// Of a robot of so many modules, at which somebody looks once in so many cycles.
+    /// The description of a robot of so many modules, which is sampled every `every` cycles.
     pub fn new(subject: &'a Subject, modules: usize, every: u64) -> Self {
         About {
             subject,
@@ -143,7 +143,7 @@ fn attached(at: u64, wiring: &Wiring) -> Attached {
     Attached { seconds: seconds(at), pairs: wiring.attachments().map(pair).collect() }
 }
 
-/// What it is, and of what; `None` for hormones between modules, which are kept otherwise.
+/// The kind of an event, and its object; `None` for hormones between modules, which are recorded elsewhere.
 fn words(event: Event) -> Option<[String; 2]> {
     let (what, of) = match event {
         Event::TopologyChanged(module_type) => ("type", format!("{module_type:?}")),

@@ -1,6 +1,6 @@
-//! A recording of a run as one HTML file, which plays without anything else: the page, what is to be said of
-//! the run as JSON, and the rest as bytes, compressed and in Base64. Or the same page for a run that
-//! goes on, which gets the same in parts, as it comes.
+//! A recording of a run as one HTML file, which plays without anything else: the page, the description of the
+//! run as JSON, and the rest as bytes, compressed and in Base64. Or the same page for a run in progress,
+//! which gets the same data in parts, as they come.
 
 mod about;
 mod pack;
@@ -18,16 +18,16 @@ use about::{About, Part};
 
 pub use about::{Block, Ground, Stair, Subject};
 
-/// The page, as `./x page` makes it of the sources in `page/`.
+/// The page, which `./x page` makes from the sources in `page/`.
 const PAGE: &str = include_str!("../page.html");
 
-/// The end of what the page may fetch.
+/// The end of the policy that lists what the page may fetch.
 const POLICY: &str = "img-src data: blob:";
 
-/// What stands in the page where the recording belongs.
+/// The mark in the page where the recording belongs.
 const PLACE: &str = "<!-- recording -->";
 
-/// The page that plays `recording`, of this robot.
+/// The page that plays `recording` of this robot.
 ///
 /// # Errors
 /// Memory runs out.
@@ -44,8 +44,8 @@ pub fn page(subject: &Subject, recording: &Recording) -> io::Result<String> {
     Ok(PAGE.replacen(PLACE, &elements, 1))
 }
 
-/// The page that shows a run as it goes on: of a robot of so many modules, at which somebody looks once in so
-/// many cycles. It asks whoever served it for [messages](message), and for nothing else.
+/// The page that shows a run in progress, of a robot of so many modules, which is sampled every `every`
+/// cycles. It asks its own server for [messages](message), and for nothing else.
 ///
 /// # Errors
 /// Memory runs out.
@@ -54,7 +54,7 @@ pub fn live_page(subject: &Subject, modules: usize, every: u64) -> io::Result<St
     Ok(PAGE.replacen(PLACE, &about, 1).replacen(POLICY, &format!("{POLICY}; connect-src 'self'"), 1))
 }
 
-/// What has come of a run since the last message.
+/// The part of a run since the last message.
 ///
 /// # Errors
 /// Memory runs out.
@@ -62,7 +62,7 @@ pub fn news(recording: &Recording) -> io::Result<Vec<u8>> {
     message(&Part::of(recording), &pack::pack(recording))
 }
 
-/// A message to the page of a run that goes on: two lengths of four bytes each, the lowest first, then JSON
+/// A message to the page of a run in progress: two lengths of four bytes each, the lowest first, then JSON
 /// and bytes of these lengths.
 ///
 /// # Errors

@@ -1,30 +1,30 @@
-//! A recording as bytes: whole numbers as varints (LEB128, the lowest seven bits first), those with a sign in
-//! zigzag (0, -1, 1, -2, ...), each but the first of a row as its difference from the one before.
+//! A recording as bytes. Whole numbers are varints (LEB128, the lowest seven bits first), signed numbers in
+//! zigzag (0, -1, 1, -2, ...). In a row each number but the first is the difference from the one before.
 //! `page/unpack.js` reads them.
 //!
-//! 1. By module and by each of ten numbers a row over the looks: x, y, z in units of [`POSITION`], the
+//! 1. A row over the samples for each of ten numbers of each module: x, y, z in units of [`POSITION`], the
 //!    quaternion's x, y, z, w in units of [`TURN`], the angles of the joints in units of [`ANGLE`].
-//! 2. The hormones' number, and of each: microseconds since the one before, dock, letter, microseconds on the
-//!    way and 1, or 0 if it did not arrive.
-//! 3. The trace events' number, and of each: microseconds since the one before, module, code.
-//! 4. The views' number, and of each: looks since the one before, module, docks as bits, type and 1
-//!    or 0 for none.
-//! 5. The losses' number, and of each: looks since the one before, dock, frames.
+//! 2. The number of hormones, and for each: microseconds since the one before, dock, letter, microseconds on
+//!    the way plus 1, or 0 if it did not arrive.
+//! 3. The number of trace events, and for each: microseconds since the one before, module, code.
+//! 4. The number of views, and for each: samples since the one before, module, docks as bits, type plus 1, or
+//!    0 for none.
+//! 5. The number of losses, and for each: samples since the one before, dock, frames.
 //!
-//! A dock is six times its module and its own number.
+//! A dock is encoded as six times its module's number plus its own.
 
 use glam::DQuat;
 use simulation::{CLOCK_HZ, Face, Placing, Recording};
 use tasks::dock::Dock;
 
-/// In mm.
+/// The unit of positions, in mm.
 pub const POSITION: f64 = 0.5;
-/// Of 1.
+/// The unit of a quaternion's components, as a fraction of 1.
 pub const TURN: f64 = 1.0 / 2048.0;
-/// In degrees.
+/// The unit of angles, in degrees.
 pub const ANGLE: f64 = 0.2;
 
-/// The numbers of a module at a look.
+/// The numbers of a module in a sample.
 const NUMBERS: usize = 10;
 
 /// Cycles of a microsecond.
@@ -72,7 +72,7 @@ impl Bytes {
         let mut before = DQuat::IDENTITY;
         for Placing { frame, angles } in placings {
             let turn = DQuat::from_mat3(&frame.matrix3);
-            // Of the two that are the same turn the nearer one.
+            // Two quaternions stand for the same rotation; take the one nearer to the last.
             before = if turn.dot(before) < 0.0 { -turn } else { turn };
             let numbers = frame.translation.to_array().map(|millimetres| millimetres / POSITION).into_iter();
             let numbers = numbers.chain(before.to_array().map(|part| part / TURN));
@@ -102,7 +102,7 @@ impl Bytes {
         }
     }
 
-    /// How much later this is than the one before.
+    /// Writes how much later this is than the one before.
     fn later(&mut self, before: &mut u64, now: u64) {
         self.number(now.saturating_sub(*before));
         *before = now.max(*before);

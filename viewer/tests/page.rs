@@ -1,4 +1,4 @@
-//! A page holds what was recorded, as exactly as it says.
+//! A page holds the recorded data, as exactly as its units allow.
 
 use std::io::Read;
 
@@ -40,7 +40,7 @@ fn subject() -> Subject {
     }
 }
 
-/// What stands in the element of this name.
+/// The content of the element of this name.
 fn element<'a>(page: &'a str, name: &str) -> &'a str {
     let (_, rest) = page.split_once(&format!("id=\"{name}\">")).unwrap();
     rest.split_once("</script>").unwrap().0

@@ -1,4 +1,4 @@
-//! A transfer of the bridge: what is understood is, sent again, the same bytes.
+//! A transfer of the bridge: one that is understood encodes to the same bytes again.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

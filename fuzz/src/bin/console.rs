@@ -1,5 +1,5 @@
-//! Requests at any dock, answers of inspectors, want of room and lost answers, in any order: the console
-//! sends what it was asked for, to whom it was asked by, and nothing else.
+//! Requests at any dock, answers of inspectors, lack of room and lost answers, in any order: the console
+//! sends the requested text to the one that requested it, and nothing else.
 #![no_main]
 
 use console::dialogue::Dialogue;
@@ -14,11 +14,11 @@ const INSPECTORS: [Address; 2] =
 /// What has happened so far.
 #[derive(Default)]
 struct Past {
-    /// Who began the last text.
+    /// The client that began the last text.
     client: Option<Address>,
-    /// Requests taken, of which no piece has come.
+    /// Requests taken that no piece has answered yet.
     requests: usize,
-    /// To whom the last question went, and that question.
+    /// The addressee of the last question, and that question.
     question: Option<(Address, Vec<u8>)>,
 }
 
@@ -69,7 +69,7 @@ fuzz_target!(|input: &[u8]| {
                 past.receive(&mut dialogue, Address::beyond(dock, TaskCode::CONSOLE), bytes);
             }
             (3, _) => past.receive(&mut dialogue, INSPECTORS[bytes.len() % 2], bytes),
-            // An answer to what was asked.
+            // An answer to the last question.
             (4, _) => {
                 if let Some((from, question)) = past.question.clone() {
                     let answer: Vec<u8> = question.iter().chain(bytes).copied().take(MAX_PAYLOAD).collect();

@@ -1,4 +1,4 @@
-//! A frame as it comes over the wire: what is understood is, sent again, the same bytes.
+//! A frame as it comes over the wire: one that is understood encodes to the same bytes again.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;

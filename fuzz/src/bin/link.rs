@@ -1,6 +1,6 @@
-//! What comes in at a dock, byte by byte: whatever a neighbour says reaches behaviours only.
+//! The bytes that come in at a dock: nothing that a neighbour sends reaches anything but behaviours.
 //!
-//! A CRC keeps noise out, but not a neighbour. So each frame is given a right one.
+//! A CRC keeps noise out, but not a neighbour. So each frame gets a valid one.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -12,7 +12,7 @@ use tasks::link::signature::Signature;
 use tasks::message::{Address, MAX_PAYLOAD, TaskCode};
 use tasks::router::{Mcu, Residence, Residents, Route, Router, Source, TaskSet};
 
-/// Every task there can be is on both MCUs, and every dock.
+/// Every possible task is on both MCUs, and every dock.
 const ALL: Residents = Residents { docks: DockSet::of(&Dock::ALL), tasks: TaskSet::ALL };
 
 /// A frame made of the first bytes of `input`, as a neighbour may send it.
@@ -70,7 +70,7 @@ fuzz_target!(|input: &[u8]| {
             Arrival::Duplicate(_) | Arrival::StaleAck | Arrival::Reflection => {}
         }
     }
-    // Bytes as they are: almost all are refused.
+    // The raw bytes: almost all are refused.
     for wire in input.split_inclusive(|byte| *byte == 0) {
         if let Ok(Frame::Data { to, payload, .. } | Frame::Datagram { to, payload, .. }) =
             Frame::decode(&mut wire.to_vec())

@@ -1,4 +1,4 @@
-//! The router against its rules, put plainly.
+//! The router, compared with a plain statement of its rules.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -6,7 +6,7 @@ use tasks::dock::{Dock, DockSet};
 use tasks::message::{Address, TaskCode};
 use tasks::router::{Mcu, Residence, Residents, Route, Router, Source, TaskSet};
 
-/// The docks and tasks of which a bit is set.
+/// The docks and tasks whose bits are set.
 fn residents(docks: u8, tasks: [u8; 4]) -> Residents {
     let docks: Vec<Dock> = Dock::ALL.into_iter().filter(|dock| docks >> dock.index() & 1 != 0).collect();
     let tasks = u32::from_le_bytes(tasks);

@@ -21,7 +21,7 @@ fuzz_target!(|input: &[u8]| {
             _ => _ = decoder.ended(low & 1 != 0),
         }
     }
-    // The line is high, and what is left was looked at.
+    // The line is high, and a character in progress has been ended.
     decoder.rise(time);
     decoder.ended(true);
     let encoder = PulseEncoder::<BIT>::new();

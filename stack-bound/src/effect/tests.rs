@@ -43,7 +43,7 @@ fn half_an_instruction_is_none() {
     assert_eq!(effect_of(&[0xffff]), None, "flash that was not programmed");
 }
 
-/// Every word there is, followed by one that is zero, as avr-objdump reads it.
+/// Compares every word, followed by a zero word, with the output of avr-objdump.
 #[test]
 fn every_word_as_objdump_reads_it() {
     let flash: Vec<u8> = (0..=u16::MAX).flat_map(|word| [word.to_le_bytes(), [0; 2]]).flatten().collect();
@@ -70,7 +70,7 @@ fn every_word_as_objdump_reads_it() {
     assert_eq!(words, 0x10000);
 }
 
-/// What a line of avr-objdump's stands for.
+/// The effect that a line of avr-objdump describes.
 fn expected(text: &str, next: u32) -> Option<Effect> {
     let text = text.split(';').next().unwrap_or_default().trim();
     let (mnemonic, operands) = text.split_once('\t').unwrap_or((text, ""));

@@ -1,4 +1,4 @@
-//! Ways through a program: branches, matches, calls through tables and pointers, recursion.
+//! Control flow: branches, matches, calls through tables and pointers, recursion.
 
 use core::hint::black_box;
 use core::num::NonZero;
@@ -122,7 +122,7 @@ fn bits(byte: u8, word: u16) -> u8 {
     count
 }
 
-/// Steps to 1 in Collatz's sequence from `start` on.
+/// The number of steps of Collatz's sequence from `start` to 1.
 #[inline(never)]
 fn collatz(start: u8) -> u16 {
     let mut value = u32::from(start);
@@ -228,7 +228,7 @@ fn fibonacci(n: u8) -> u64 {
     if n < 2 { n.into() } else { fibonacci(n - 1) + fibonacci(n - 2) }
 }
 
-/// More arguments than there are registers for them.
+/// A function with more arguments than registers for them.
 #[inline(never)]
 #[expect(clippy::too_many_arguments, reason = "that is what it checks")]
 fn many(a: u8, b: u16, c: u8, d: u64, e: u8, f: u32, g: u16, h: u8, i: u64, j: u8) -> u64 {

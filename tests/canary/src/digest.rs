@@ -1,4 +1,4 @@
-//! What a check's results come down to.
+//! The digest of a check's results.
 
 use core::hash::Hasher;
 

@@ -14,7 +14,7 @@ macro_rules! one {
     };
 }
 
-/// Checks of what all integers can do.
+/// Checks of the operations that all integers have.
 macro_rules! integers {
     ($checks:ident, $($Type:ident)+) => {$(
         let two = |random: &mut Random| (one!($Type)(random), one!($Type)(random));
@@ -57,8 +57,8 @@ macro_rules! integers {
     )+};
 }
 
-/// Checks of products with the carry out of them. Not of `i32`: the function that the compiler calls for it,
-/// `__mulosi4`, writes four bytes where the caller keeps two (docs/toolchain.md).
+/// Checks of products with the carry out of them, except for `i32`: the function that the compiler calls for
+/// it, `__mulosi4`, writes four bytes where the caller keeps two (docs/toolchain.md).
 macro_rules! products {
     ($checks:ident, $($Type:ident)+) => {$(
         $checks.check(concat!("multiply with overflow ", stringify!($Type)), |random| {

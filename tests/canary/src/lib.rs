@@ -1,7 +1,7 @@
-//! A canary for the AVR's compiler: computations with one right result, whatever machine does them.
+//! A canary for the AVR's compiler: computations with one right result on any machine.
 //!
-//! The image beside this runs them on the AVR, the test `canary` of `tests/simavr` on the host, and compares.
-//! Each check computes with numbers that the compiler can't foresee, and comes down to a digest.
+//! The image of this crate runs them on the AVR. The test `canary` of `tests/simavr` runs them on the host,
+//! and compares. Each check computes with numbers that the compiler can't foresee, and yields a digest.
 #![no_std]
 
 mod control;
@@ -33,7 +33,7 @@ struct Checks<R> {
 }
 
 impl<R: FnMut(&'static str, u32)> Checks<R> {
-    /// Runs `trial` in each round. By itself, so that no function gets too large to jump through.
+    /// Runs `trial` in each round. It is a function of its own, so that none gets too large for its jumps.
     #[inline(never)]
     fn check<T: Hash>(&mut self, name: &'static str, trial: impl Fn(&mut Random) -> T) {
         let mut random = Random::new();

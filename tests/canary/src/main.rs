@@ -1,4 +1,4 @@
-//! The canary's image: computes while an interrupt wakes a higher task over and over, which computes too.
+//! The canary's image: it computes while an interrupt wakes a higher task over and over, which computes, too.
 //!
 //! Marks: the four bytes of each check's digest, low byte first. The simulator reads `WOKEN`.
 #![no_std]
@@ -13,7 +13,7 @@ use kernel::{Context, MaskedCell, Priority, Semaphore, Stack};
 use tests_images::{PANIC, finish, start};
 
 static PRESSED: Semaphore = Semaphore::new(0);
-/// How often the intruder has computed.
+/// How often the higher task has computed.
 #[unsafe(no_mangle)]
 static WOKEN: MaskedCell<u16> = MaskedCell::new(0);
 static INTRUDER: Stack<128> = Stack::new();

@@ -1,4 +1,4 @@
-//! Numbers to compute with.
+//! The numbers that checks compute with.
 
 use core::hint::black_box;
 
@@ -10,8 +10,7 @@ impl Random {
         Random(black_box(0xace1))
     }
 
-    /// Half of all bytes are 0x00, 0x01, 0x7f, 0x80 or 0xff: carries, signs and limits are where code goes
-    /// wrong.
+    /// Half of all bytes are 0x00, 0x01, 0x7f, 0x80 or 0xff: code goes wrong at carries, signs and limits.
     #[inline(never)]
     pub fn byte(&mut self) -> u8 {
         // Xorshift with a period of 65535 (Marsaglia, "Xorshift RNGs").

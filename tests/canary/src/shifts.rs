@@ -33,7 +33,7 @@ pub fn run(checks: &mut Checks<impl FnMut(&'static str, u32)>) {
 #[inline(never)]
 fn sign(value: i16) -> i16 {
     if cfg!(feature = "fault-shift") {
-        return ((value as u16) >> 15) as i16; // as a compiler would that forgets the sign
+        return ((value as u16) >> 15) as i16; // the result of a compiler that forgets the sign
     }
     value >> 15
 }

@@ -1,6 +1,6 @@
 //! Figures in lines of text.
 
-/// A figure in the text of a page that its command prints no more.
+/// A figure in the text of a page that its command no longer prints.
 pub struct Stale {
     /// From 1.
     pub line: usize,
@@ -8,13 +8,13 @@ pub struct Stale {
     pub text: String,
 }
 
-/// What is followed by a time of this machine, or by its memory.
+/// Text that is followed by a time of this machine, or by its memory.
 const OF_THE_MACHINE: [&str; 3] = [" simulated in ", "each module takes ", " of CPU time a second, and "];
 
-/// Figures with fewer digits stand for too much else.
+/// The least digits of a figure that is looked for: a shorter one may stand for something else.
 const TELLING: usize = 3;
 
-/// What of a line is the same in every run, on whatever machine.
+/// The line without figures that differ from run to run or from machine to machine.
 pub fn steady(line: &str) -> String {
     OF_THE_MACHINE.iter().fold(line.to_string(), |line, before| match line.split_once(before) {
         Some((head, tail)) => {
@@ -25,8 +25,8 @@ pub fn steady(line: &str) -> String {
     })
 }
 
-/// The figures of a line that have so many digits that they are seldom there by chance, without the commas
-/// between thousands.
+/// The figures of a line with enough digits that they rarely appear by chance, without the commas between
+/// thousands.
 pub fn figures(line: &str) -> Vec<String> {
     let is_part = |it: char| it.is_ascii_alphanumeric() || matches!(it, '.' | ',' | '_');
     let words = line.split(|it| !is_part(it)).map(|word| word.trim_matches(['.', ',']).replace(',', ""));

@@ -57,7 +57,7 @@ fn anchors(text: &str) -> Vec<String> {
     headings.map(anchor).collect()
 }
 
-/// What is wrong with a target, as seen from a page.
+/// The fault of a target, as seen from a page.
 fn fault(page: &Path, target: &str) -> Option<&'static str> {
     if target.contains(':') {
         return None; // of another site

@@ -1,10 +1,11 @@
-//! `docs [--check] [PAGE...]`: runs the commands whose output pages show, and puts what they print now there;
-//! with `--check` it only tells what differs. All pages that show any, unless some are named.
+//! `docs [--check] [PAGE...]`: runs the commands whose output pages show, and replaces the shown output with
+//! the new one. With `--check` it only reports differences. It covers all pages that show such output, unless
+//! some are named.
 //!
-//! A page names the command in a comment before the block or the table: `<!-- ./x response -->`. Where a
-//! picture follows, the command writes that; `--check` leaves it out.
+//! A page names the command in a comment before the block or the table: `<!-- ./x response -->`. If a picture
+//! follows, the command writes the picture; `--check` skips it.
 //!
-//! A command that fails is named at the end, and the others run all the same.
+//! A command that fails is named at the end; the others still run.
 //!
 //! Exit status: 1 where a page differs and `--check` was given, 2 where a command fails or a page can't be
 //! read.
@@ -35,7 +36,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all may stay as it is, or was put right.
+/// Runs the commands. Returns false only if `--check` has found a difference.
 fn run(root: &Path) -> Result<bool, String> {
     let arguments = || env::args_os().skip(1);
     let is_check = arguments().any(|argument| argument == "--check");
@@ -76,8 +77,8 @@ fn run(root: &Path) -> Result<bool, String> {
     if failed.is_empty() { Ok(changed.is_empty() || !is_check) } else { Err(failed.join("\ndocs: ")) }
 }
 
-/// Puts what a command prints now in its place. Returns what has changed: what stood there, and what does
-/// now.
+/// Replaces the shown output of a command with its new output. Returns the lines that have changed, old and
+/// new.
 fn refresh(root: &Path, page: &mut Page, shown: &Shown) -> Result<Vec<(String, String)>, String> {
     let printed = printed_by(root, &shown.command).map_err(|error| format!("`{}` {error}", shown.command))?;
     if shown.is_picture { Ok(Vec::new()) } else { page.replace(shown, &printed) }
@@ -98,7 +99,7 @@ fn read(root: &Path, path: &Path) -> Result<Page, String> {
     Ok(Page::new(&text))
 }
 
-/// What a command prints to its standard output.
+/// The standard output of a command.
 fn printed_by(root: &Path, command: &str) -> Result<String, String> {
     let mut bash = Command::new("bash");
     bash.args(["-o", "pipefail", "-c", command]).current_dir(root).stdin(Stdio::null());

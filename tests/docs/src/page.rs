@@ -1,13 +1,13 @@
-//! A page, and what it shows of commands' output.
+//! A page, and the commands' output that it shows.
 
 use std::ops::Range;
 
 use crate::figures::{Stale, figures, steady};
 
-/// What a command prints, or draws, as a page shows it.
+/// A command's output, or its picture, that a page shows.
 pub struct Shown {
     pub command: String,
-    /// It writes the picture that the page shows.
+    /// Whether the command writes a picture that the page shows.
     pub is_picture: bool,
     /// The line of the comment that names the command.
     at: usize,
@@ -27,7 +27,8 @@ impl Page {
         self.lines.join("\n")
     }
 
-    /// What it shows, the last one first: so what is replaced moves nothing that is still to be.
+    /// The outputs that it shows, the last one first, so that a replacement moves no line that is still to be
+    /// replaced.
     pub fn shown(&self) -> Vec<Shown> {
         let command = |line: &str| {
             let command = line.strip_prefix("<!-- ")?.strip_suffix(" -->")?;
@@ -40,11 +41,11 @@ impl Page {
         self.lines.iter().enumerate().rev().filter_map(shown).collect()
     }
 
-    /// Puts there what the command has printed, but for times of the machine, which differ from run to run:
-    /// of a table the table alone. Returns the lines that differ, old and new.
+    /// Replaces the shown lines with the command's output, except for times of the machine, which differ from
+    /// run to run. Of a table's command only the table is taken. Returns the lines that differ, old and new.
     ///
     /// # Errors
-    /// No block follows on the comment, and no table; or the command printed none.
+    /// No block or table follows the comment, or the command printed none.
     pub fn replace(&mut self, shown: &Shown, printed: &str) -> Result<Vec<(String, String)>, String> {
         let Shown { command, at, .. } = shown;
         let (range, is_table) =
@@ -86,7 +87,7 @@ impl Page {
         (at + 1..self.lines.len()).find(|&line| !self.lines[line].is_empty())
     }
 
-    /// Where it still has figures that have changed, outside of what commands print.
+    /// The lines outside of commands' output that still have figures that have changed.
     pub fn stale(&self, old: &[String]) -> Vec<Stale> {
         let shown: Vec<_> = self.shown().iter().filter_map(|shown| Some(self.below(shown.at)?.0)).collect();
         let lines = self.lines.iter().enumerate();

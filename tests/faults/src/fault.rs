@@ -1,4 +1,4 @@
-//! A fault: lines of the kernel, and what becomes of them.
+//! A fault: lines of the kernel, and their replacement.
 
 use std::fs;
 use std::path::Path;
@@ -10,19 +10,19 @@ use serde::Deserialize;
 #[serde(deny_unknown_fields)]
 pub struct Fault {
     pub name: String,
-    /// Below `kernel/src`.
+    /// The path below `kernel/src`.
     pub file: String,
-    /// Whole lines as they are, without their indentation. They stand in the file once.
+    /// Whole lines, without their indentation. They appear in the file exactly once.
     pub from: String,
-    /// The lines in their place.
+    /// The lines that replace them.
     #[serde(default)]
     pub to: String,
     /// What the faulty kernel does.
     pub means: String,
-    /// The tests that look for it, in this order.
+    /// The tests that look for the fault, in this order.
     #[serde(default = "model")]
     pub tests: Vec<String>,
-    /// Why none of them can find it.
+    /// Why none of these tests can find it.
     pub not_caught: Option<String>,
 }
 

@@ -1,9 +1,9 @@
-//! `faults [--check] [NAME...]`: plants faults into a copy of the kernel, one after the other, and tells
-//! which test in simavr finds each. All of the list, unless some are named. `--check` only tells whether
-//! there are such faults.
+//! `faults [--check] [NAME...]`: plants faults into a copy of the kernel, one after the other, and prints
+//! which test in simavr finds each. It plants all faults of the list, unless some are named. `--check` only
+//! checks that the named faults exist.
 //!
-//! Fails when a fault is not found, and the list gives no reason; and when one is found that the list says
-//! is not.
+//! Fails when a fault is not found and the list gives no reason, or when a fault is found that the list calls
+//! not caught.
 
 mod fault;
 mod scratch;
@@ -41,7 +41,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether all is as the list says.
+/// Plants the faults. Returns whether each is found or not as the list says.
 fn run(faults: &[Fault]) -> Result<bool, String> {
     let root = Path::new(ROOT).canonicalize().map_err(|error| format!("{ROOT}: {error}"))?;
     let scratch = Scratch::new(&root, root.join("target/faults"))?;
@@ -98,7 +98,7 @@ fn chosen(mut faults: Vec<Fault>, names: &[String]) -> Result<Vec<Fault>, String
     Ok(faults)
 }
 
-/// The test that finds `fault`, which is in the kernel, and what it said.
+/// The test that finds `fault`, which is planted in the kernel, and its message.
 fn find(fault: &Fault, try_it: impl Fn(&str) -> Result<Verdict, String>) -> Result<Option<String>, String> {
     for test in &fault.tests {
         let verdict = try_it(test).map_err(|error| format!("fault {}: {error}", fault.name))?;

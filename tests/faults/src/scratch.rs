@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use crate::fault::Fault;
 
-/// What builds write, and what git keeps: not copied.
+/// Builds' output and git's data, which are not copied.
 const LEFT_OUT: [&str; 2] = ["target", ".git"];
 
 /// A copy of the sources, with a folder `target` of its own.
@@ -16,8 +16,8 @@ pub struct Scratch {
 }
 
 impl Scratch {
-    /// A copy in `root` of the sources in `original`. A file that is there already stays untouched if it is
-    /// the same, so that Cargo builds nothing anew for it.
+    /// A copy in `root` of the sources in `original`. A file that is already there and the same stays
+    /// untouched, so that Cargo does not rebuild for it.
     pub fn new(original: &Path, root: PathBuf) -> Result<Self, String> {
         copy(original, &root)?;
         Ok(Scratch { root })
@@ -27,7 +27,7 @@ impl Scratch {
         &self.root
     }
 
-    /// Does `work` while `fault` is in the kernel.
+    /// Does `work` while `fault` is planted in the kernel.
     pub fn with<R>(&self, fault: &Fault, work: impl FnOnce() -> R) -> Result<R, String> {
         let file = self.root.join("kernel/src").join(&fault.file);
         let text = fs::read_to_string(&file).map_err(|error| say(&file, error))?;
@@ -43,7 +43,7 @@ fn say(path: &Path, error: std::io::Error) -> String {
     format!("{}: {error}", path.display())
 }
 
-/// Makes the folder `to` what `from` is, but for what is left out.
+/// Makes the folder `to` a copy of `from`, without the names in [`LEFT_OUT`].
 fn copy(from: &Path, to: &Path) -> Result<(), String> {
     fs::create_dir_all(to).map_err(|error| say(to, error))?;
     let names = names(from)?;

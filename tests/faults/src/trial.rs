@@ -3,21 +3,21 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// The test that plays scripts of kernel calls: so many sequences, from the seed behind that, or 0. Each
-/// other is the sweep of the image of its name.
+/// The test that plays scripts of kernel calls: the number of sequences, and the first seed after it, 0 by
+/// default. Any other name is the sweep of the image of that name.
 pub const MODEL: &str = "model 6000";
 
-/// After so many seconds a test is ended that does not end by itself.
+/// The seconds after which a test that does not end is killed.
 const PATIENCE: &str = "600";
 
 /// How a test ended.
 pub enum Verdict {
     Passed,
-    /// What it said first.
+    /// The test's first complaint.
     Failed(String),
 }
 
-/// Builds the image of `test` from the sources in `scratch` and runs it, by a simulator built from `root`.
+/// Builds the image of `test` from the sources in `scratch` and runs it with a simulator built from `root`.
 pub fn run(test: &str, root: &Path, scratch: &Path) -> Result<Verdict, String> {
     let mut words = test.split(' ');
     let image = words.next().unwrap_or_default();
@@ -35,9 +35,9 @@ pub fn run(test: &str, root: &Path, scratch: &Path) -> Result<Verdict, String> {
     let output = outcome(&mut command)?;
     match output.status.code() {
         Some(0) => Ok(Verdict::Passed),
-        // An image without what a test looks for was not built as it should be.
+        // The image lacks a symbol that the test needs, so it was not built as it should be.
         Some(101) if told(&output).contains("build it anew") => Err(told(&output)),
-        // The test's own verdict, and a panic.
+        // 1 is the test's own verdict, 101 a panic.
         Some(1 | 101) => Ok(Verdict::Failed(complaint(&output))),
         Some(124 | 137) => Ok(Verdict::Failed(format!("it has not ended after {PATIENCE} s"))),
         _ => Err(format!("{command:?}: {}\n{}", output.status, told(&output))),
@@ -64,10 +64,11 @@ fn told(output: &Output) -> String {
     [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned()).concat()
 }
 
-/// The line in which a test tells what is wrong.
+/// The line in which a test says what is wrong.
 fn complaint(output: &Output) -> String {
     let told = told(output);
-    // The model says first how it came to that, the sweep how many runs of a path were good, a panic where.
+    // Before that line the model prints the steps that led to it, the sweep the number of good runs of a
+    // path, and a panic its place.
     let before = ["again:", "Setup ", "while ", "thread "];
     let is_about =
         |line: &str| before.iter().any(|begin| line.starts_with(begin)) || line.contains(" boundaries ");

@@ -1,4 +1,4 @@
-//! What the program is asked for.
+//! The names of faults on the command line.
 
 #![cfg(unix)]
 

@@ -1,5 +1,5 @@
-//! The bridge's tasks of both MCUs on one bus that refuses, hangs and spoils: each message crosses once, in
-//! order, and what happened is counted.
+//! The bridge's tasks of both MCUs on one bus that refuses, hangs and spoils transfers: each message crosses
+//! once, in order, and the faults are counted.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -14,38 +14,38 @@ use tasks::message::{Address, Message, TaskCode};
 use tasks::post_office::PostOffice;
 use tasks::router::{Mcu, Residence, Residents, Router, Source, TaskSet};
 
-/// A task of the master, and one of the slave.
+/// The addressed tasks, one on the master and one on the slave.
 const TASKS: [TaskCode; 2] = [TaskCode::HORMONE, TaskCode::AC_RECEIVE];
 
-/// What becomes of a transfer.
+/// The outcome of a transfer.
 #[derive(Clone, Copy, PartialEq)]
 enum Fate {
     Arrives,
     Refused,
     Fault,
-    /// It has no end until the bus is freed.
+    /// The transfer does not end until the bus is freed.
     Hangs,
-    /// It arrives, but has no end before somebody is about to free the bus.
+    /// The transfer arrives, but does not end before the bridge is about to free the bus.
     Late,
     Spoilt,
 }
 
 /// The bus between both MCUs.
 struct Wires {
-    /// What has come to each MCU and was not taken yet.
+    /// The packet that has come to each MCU and was not taken yet.
     come: [Option<Vec<u8>>; 2],
     outcomes: [Option<Transfer>; 2],
-    /// Whether the transfer of each ends as the bus is to be freed.
+    /// Whether each MCU's transfer ends as the bus is about to be freed.
     late: [bool; 2],
     sent: [Vec<u8>; 2],
     mailboxes: [&'static Mailbox; 2],
-    /// What becomes of the transfer of this number, of each MCU's own.
+    /// The outcome of each MCU's transfers, by their number.
     fates: [fn(usize) -> Fate; 2],
-    /// When each began.
+    /// When each transfer began.
     began: [Vec<Ticks>; 2],
 }
 
-/// One MCU's end of it.
+/// One MCU's end of the bus.
 #[derive(Clone)]
 struct End(Arc<Mutex<Wires>>, usize);
 
@@ -123,7 +123,7 @@ impl Bus for End {
     }
 }
 
-/// What came of a run, by MCU: what each heard, what its bridge counts, and when its transfers began.
+/// The result of a run, by MCU: the messages heard, the counts of the bridge, and when the transfers began.
 struct Outcome {
     heard: [Vec<u8>; 2],
     counters: [BridgeCounters; 2],
@@ -138,8 +138,8 @@ const fn residents(task: TaskCode) -> Residents {
     Residents { docks: DockSet::EMPTY, tasks: TaskSet::of(&[task]) }
 }
 
-/// Has each MCU send so many messages to the other's task, one in 15 ticks. The master's bridge is its own
-/// task, the slave's is driven.
+/// Each MCU sends so many messages to the other's task, one in 15 ticks. The master's bridge runs as the
+/// bridge's task, the slave's is driven turn by turn.
 fn run(messages: u8, fates: [fn(usize) -> Fate; 2], is_listening: bool) -> Outcome {
     let bridges = [0; 2].map(|_| forever(Bridge::new()));
     let mailboxes = [0; 2].map(|_| forever(Mailbox::new(if is_listening { 8 } else { 1 })));
@@ -259,7 +259,7 @@ fn what_fails_is_sent_again_after_a_pause_and_a_bus_that_hangs_is_freed() {
         _ => Fate::Arrives,
     };
     let messages = u16::from(MESSAGES);
-    // Of each way alone: then nothing else wakes a bridge.
+    // One direction at a time, so that nothing else wakes a bridge.
     for way in 0..2 {
         let mut both: [fn(usize) -> Fate; 2] = [|_| Fate::Arrives; 2];
         both[way] = fates;

@@ -30,7 +30,7 @@ proptest! {
         prop_assert_eq!(decode(&packet), Ok(letter.message()));
     }
 
-    /// This polynomial's period is 127 bits: it finds any two wrong bits that are closer together.
+    /// The CRC's polynomial has a period of 127 bits: it finds any two wrong bits that are closer together.
     #[test]
     fn one_wrong_bit_or_two_within_126_are_found(letter in letter()) {
         let packet = packet(letter.message());

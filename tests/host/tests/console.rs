@@ -1,4 +1,4 @@
-//! The console: what it tells, and that whoever asks gets it whole.
+//! The console: its texts, and that a terminal gets them whole.
 
 use console::dialogue::Dialogue;
 use console::inspector::WORKS;
@@ -38,7 +38,7 @@ fn ask(dialogue: &mut Dialogue, from: Address, request: Request) -> bool {
     request.with_payload(|payload| dialogue.receive(from, payload))
 }
 
-/// What an inspector answers to a question that is as it should be: made up.
+/// An inspector's made-up answer to a valid question.
 fn answer(inspector: Address, payload: &[u8]) -> Vec<u8> {
     let &[kind, index] = payload else { panic!("no question: {payload:?}") };
     let base = if inspector == MASTER { 100 } else { 200 };
@@ -61,8 +61,8 @@ fn answer(inspector: Address, payload: &[u8]) -> Vec<u8> {
     payload.iter().copied().chain(words).collect()
 }
 
-/// The text about `topic`, where each message is lost with this probability; an inspector for which that is
-/// said does not answer.
+/// The text about `topic`, with each message lost with probability `loss`. The inspector `silent` does not
+/// answer.
 fn text(topic: Topic, silent: Option<Address>, loss: f64, random: &mut Random) -> String {
     let mut dialogue = Dialogue::new(SLAVE);
     let (mut text, mut expected, mut request) = (Vec::new(), Number::FIRST, Request::Begin(topic));
@@ -187,7 +187,7 @@ slave            priority  stack unused
     assert_eq!(text.matches("no answer").count(), 1);
 }
 
-/// A question is asked three times, a piece until it comes.
+/// A question is asked three times at most, a piece until it comes.
 #[test]
 fn what_is_lost_is_made_good() {
     let mut random = Random::new(3);
@@ -229,7 +229,7 @@ fn the_last_that_begins_is_served_and_no_other_goes_on() {
     assert_eq!(sent(&mut dialogue), None);
 }
 
-/// Where a terminal was there may be a module next.
+/// A module may take the place of a terminal.
 #[test]
 fn a_text_is_no_request_to_another_console() {
     let mut dialogue = Dialogue::new(SLAVE);
@@ -253,8 +253,8 @@ fn a_text_is_no_request_to_another_console() {
     }
 }
 
-/// A dock with a console behind it, as a terminal sees them: frames are lost both ways, and repeated by the
-/// terminal alone.
+/// A dock with a console behind it, as a terminal sees them. Frames are lost both ways, and only the terminal
+/// repeats them.
 struct Port {
     dialogue: Dialogue,
     random: Random,
@@ -263,7 +263,7 @@ struct Port {
 }
 
 impl Port {
-    /// What it sends when it hears `bytes`.
+    /// Takes `bytes` from the terminal. Returns the bytes that the dock sends.
     fn hear(&mut self, bytes: &[u8]) -> Vec<u8> {
         for frame in bytes.split_inclusive(|&byte| byte == 0) {
             let mut frame = frame.to_vec();
@@ -325,7 +325,7 @@ fn what_came_stays_while_the_module_is_silent_and_gives_way_to_what_it_tells_ane
     let module = || Some(Port { dialogue: Dialogue::new(SLAVE), random: Random::new(1), loss: 0.0, turn: 0 });
     let mut terminal = Terminal::new(Topic::All, 0);
     let mut come = String::new();
-    // It has told a part, is silent, and has been reset.
+    // The module has sent a part, is silent, and has been reset.
     for (mut port, times) in [(module(), 0..200), (None, 200..10_000), (module(), 10_000..20_000)] {
         let mut wire = Vec::new();
         for now in times.step_by(10) {

@@ -1,5 +1,5 @@
-//! The devices' task on its plants: latches, a joint, infrared and a battery. What is asked for is done and
-//! told, or refused.
+//! The devices' task on its plants: latches, a joint, infrared and a battery. Each request is carried out and
+//! reported, or refused.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -29,9 +29,9 @@ use tasks::superbot::{Half, JOINT, LATCH_CURRENT_LIMIT, MASTER, RESIDENCE, SLAVE
 
 const HORMONE: TaskCode = TaskCode::HORMONE;
 
-/// What the devices of one MCU are in.
+/// The surroundings of one MCU's devices.
 struct World {
-    /// What was asked for and not read yet.
+    /// The quantities requested and not read yet.
     looked: Vec<Quantity>,
     latches: [Latch; 3],
     driven: [Option<End>; 3],
@@ -43,18 +43,19 @@ struct World {
     drive: i16,
     /// Posted each millisecond while the joint is controlled.
     period: Option<&'static Semaphore>,
-    /// What is before which dock: so many millimetres away, where the joint is at so many degrees.
+    /// The dock that has another one before it, the distance in mm, and the joint's angle, in degrees, at
+    /// which they face each other.
     before: Option<(Dock, f64, f64)>,
-    /// In place of what the latch's own plant draws.
+    /// A current that replaces that of the latch's plant, in mA.
     latch_ma: Option<i16>,
     battery_mv: i16,
     battery_temperature: i16,
-    /// Out of each dock here, in mA.
+    /// The current out of each dock here, in mA.
     dock_ma: i16,
-    /// What keeps without power, and how many milliseconds a byte is being written yet.
+    /// The EEPROM, and the milliseconds until the byte under way is written.
     eeprom: [u8; 256],
     writes: u8,
-    /// How often the task has shown that it is alive.
+    /// How often the task has reported that it is alive.
     alive: u32,
 }
 
@@ -217,12 +218,12 @@ impl JointMotors for Motor {
     fn done(&mut self) {}
 }
 
-/// Whoever asks the devices, and hears what they tell.
+/// A client that asks the devices, and receives their reports.
 struct Client<'a> {
     task: &'a mut Task,
     office: &'static PostOffice,
     devices: &'static Mailbox,
-    /// Where all that devices tell ends up: HORMONE's mailbox, or the bridge's.
+    /// The mailbox that gets all reports: HORMONE's, or the bridge's.
     heard: &'static Mailbox,
     world: Shared,
 }
@@ -240,7 +241,7 @@ impl Client<'_> {
         self.ask_for(HORMONE, request);
     }
 
-    /// What is told within so many ticks: to whom, and what.
+    /// The messages within so many ticks, each with its addressee.
     fn within(&mut self, ticks: Ticks) -> Vec<(TaskCode, Told)> {
         let mut told = Vec::new();
         for _ in 0..ticks {
@@ -254,7 +255,7 @@ impl Client<'_> {
         told
     }
 
-    /// As [`within`](Self::within), of what HORMONE is told.
+    /// The reports to HORMONE among the messages [`within`](Self::within) so many ticks.
     fn reports(&mut self, ticks: Ticks) -> Vec<Report> {
         let told = self.within(ticks).into_iter();
         told.filter_map(|(to, told)| match told {
@@ -264,7 +265,7 @@ impl Client<'_> {
         .collect()
     }
 
-    /// Has all buffers in use until the next look at what is told.
+    /// Uses up all buffers, until the next call that takes the messages.
     fn fill(&mut self) {
         let payload = Report::Charger(charger::State::Off).to_payload();
         let message = || Message::new(Address::here(HORMONE), Address::here(HORMONE), &payload);
@@ -275,13 +276,13 @@ impl Client<'_> {
         at(&self.world)
     }
 
-    /// Has the battery at this voltage, and waits until that is believed.
+    /// Sets the battery's voltage, and waits until the task believes it.
     fn drain(&mut self, millivolts: i16) -> Vec<(TaskCode, Told)> {
         self.world().battery_mv = millivolts;
         self.within(1_400)
     }
 
-    /// A search for a dock that is too far away. Returns what is told of it.
+    /// Searches for a dock that is too far away. Returns the messages about it.
     fn loses_a_dock(&mut self) -> Vec<Told> {
         self.within(10);
         self.turn(0);
@@ -292,7 +293,7 @@ impl Client<'_> {
         told
     }
 
-    /// Turns the joint, so that it is known where it is.
+    /// Turns the joint, so that its position is known.
     fn turn(&mut self, angle: i16) {
         self.ask(Request::Turn { axis: Axis::Back, angle, speed: 90 });
         let told = self.reports(3_000);
@@ -310,7 +311,7 @@ const fn mcu<const BATTERY: bool>() -> Mcu {
     if BATTERY { Mcu::Slave } else { Mcu::Master }
 }
 
-/// Runs `script` beside the devices' task of one MCU and its joint's. Returns what came of the world.
+/// Runs `script` beside the tasks of one MCU's devices and joint. Returns the world at the end.
 fn run<const BATTERY: bool>(script: fn(&mut Client)) -> Shared {
     fn forever<T>(value: T) -> &'static T {
         Box::leak(Box::new(value))
@@ -351,7 +352,7 @@ fn run<const BATTERY: bool>(script: fn(&mut Client)) -> Shared {
                 let mut client = Client { task, office, devices, heard, world: of_script };
                 script(&mut client);
                 *is_done.lock().expect("no test panicked with it") = true;
-                // All tests take their letters from one pool: none may stay in a mailbox.
+                // All tests share one pool of letters, so none may stay in a mailbox.
                 loop {
                     client.within(1_000);
                 }
@@ -372,7 +373,7 @@ fn a_joint_tells_at_first_that_it_is_off_and_then_of_what_it_comes_to() {
         assert_eq!(client.reports(3_000), [Report::Joint(Axis::Back, State::Arrived)]);
         assert!((client.world().joint.degrees() - 20.0).abs() < 1.0);
 
-        // Who asked last is told.
+        // The client that asked last gets the report.
         client.ask_for(TaskCode::AC_RECEIVE, Request::Turn { axis: Axis::Back, angle: 0, speed: 90 });
         let told = client.within(3_000);
         let arrived = Told::Report(Report::Joint(Axis::Back, State::Arrived));
@@ -382,7 +383,7 @@ fn a_joint_tells_at_first_that_it_is_off_and_then_of_what_it_comes_to() {
         assert_eq!(client.within(50).len(), 1, "it is off");
         assert_eq!(client.world().drive, 0);
     });
-    // Each 50 ms or sooner.
+    // At least every 50 ms.
     assert!(at(&world).alive >= 60_000 / 50);
 }
 
@@ -390,7 +391,7 @@ fn a_joint_tells_at_first_that_it_is_off_and_then_of_what_it_comes_to() {
 fn a_joint_that_is_not_here_is_refused() {
     run::<true>(|client| {
         client.within(10);
-        // No router would send it here.
+        // No router would send this request here.
         let request = Request::Turn { axis: Axis::Front, angle: 200, speed: 90 };
         let payload = request.to_payload();
         let (to, from) = (Address::here(TaskCode::joint(Axis::Front)), Address::here(HORMONE));
@@ -490,7 +491,7 @@ fn a_dock_is_found_with_the_joint_and_latched() {
         client.ask(Request::Approach(Dock::Back));
         assert_eq!(client.reports(20), []);
         assert!(client.world().emitters);
-        // Meanwhile no other dock's motor may run, and the joint's turns are nobody's news.
+        // Meanwhile no other dock's motor may run, and the joint's turns are not reported.
         client.ask(Request::Latch(Dock::Up, End::Latched));
         assert_eq!(client.reports(10), [Report::Refused(TaskCode::dock(Dock::Up))]);
         let latched = Report::Latch(Dock::Back, LatchState::At(End::Latched));
@@ -502,7 +503,8 @@ fn a_dock_is_found_with_the_joint_and_latched() {
     });
 }
 
-/// The joint here turns, and then both of the module: the other one, on the other MCU, as far the other way.
+/// First the joint here turns, then both joints of the module: the one on the other MCU turns as far the
+/// other way.
 #[test]
 fn a_dock_too_far_away_is_come_near_to_with_both_joints_and_lost() {
     run::<true>(|client| {
@@ -535,7 +537,7 @@ fn a_joint_turns_by_as_much_as_a_search_on_the_other_mcu_asks() {
     });
 }
 
-/// HORMONE has it turn again for that report alone.
+/// HORMONE makes the joint turn again only when it gets that report.
 #[test]
 fn a_joint_that_stalls_while_there_is_no_room_is_told_of_once_there_is() {
     run::<true>(|client| {
@@ -551,7 +553,7 @@ fn a_joint_that_stalls_while_there_is_no_room_is_told_of_once_there_is() {
     });
 }
 
-/// Else who asked for that would have it turn back.
+/// With a report, the task that asked for the last turn would turn the joint back.
 #[test]
 fn a_joint_that_a_search_has_push_against_the_other_dock_tells_nobody() {
     run::<true>(|client| {
@@ -561,13 +563,13 @@ fn a_joint_that_a_search_has_push_against_the_other_dock_tells_nobody() {
         let push = Request::TurnBy { axis: Axis::Back, by: -150, speed: 30 };
         client.ask_for(TaskCode::dock(Dock::Front), push);
         assert_eq!(client.within(2_000), []);
-        // One that somebody asks for is told of.
+        // A turn that a task asks for is reported.
         client.ask(Request::Turn { axis: Axis::Back, angle: 0, speed: 30 });
         assert_eq!(client.reports(2_000), [Report::Joint(Axis::Back, State::Stalled)]);
     });
 }
 
-/// Nor does one that a search of this MCU has turned, once the other dock pushes it off in its turn.
+/// Nor is a joint reported that a search of this MCU has turned, when the other dock then pushes it off.
 #[test]
 fn a_joint_that_a_search_has_left_somewhere_gives_way_and_tells_nobody() {
     run::<true>(|client| {
@@ -580,7 +582,7 @@ fn a_joint_that_a_search_has_left_somewhere_gives_way_and_tells_nobody() {
     });
 }
 
-/// Hooks that hold each other move as one, and docks that have met reflect more than any others.
+/// Hooks that hold each other move together, and docks that have met reflect most.
 #[test]
 fn a_search_ends_once_the_other_dock_has_latched() {
     run::<true>(|client| {
@@ -642,7 +644,7 @@ fn an_order_to_the_latch_ends_the_search_of_its_dock() {
         assert!(told.contains(&Report::Latch(Dock::Back, LatchState::At(End::Latched))), "{told:?}");
         assert!(!told.contains(&Report::Lost(Dock::Back)), "{told:?}");
         assert!(!client.world().emitters);
-        // And whoever else asks is served.
+        // Another request is served after that.
         client.ask(Request::Latch(Dock::Up, End::Latched));
         let told = client.reports(3_000);
         assert!(told.contains(&Report::Latch(Dock::Up, LatchState::At(End::Latched))), "{told:?}");
@@ -674,7 +676,7 @@ fn switches_close_open_trip_and_are_told_of() {
         client.ask(Request::Power { dock: Dock::Down, is_on: false });
         client.within(10);
         assert_eq!(client.world().powered, [false, true, false]);
-        // Of the three the board has opened, one was closed.
+        // The board has opened three switches, of which one was closed.
         client.world().tripped = 0b111;
         assert_eq!(client.reports(60), [Report::Switch(Dock::Up, Switch::Tripped)]);
         assert_eq!(client.world().powered, [false; 3]);
@@ -686,7 +688,7 @@ fn switches_close_open_trip_and_are_told_of() {
     });
 }
 
-/// What the other MCU is told when this is the level.
+/// The message to the other MCU at this level.
 fn allow(level: Level, is_charging: bool) -> (TaskCode, Told) {
     (TaskCode::POWER_BEYOND, Told::Request(Request::Allow(Allowance { level, is_charging })))
 }
@@ -707,12 +709,12 @@ fn an_emptying_battery_sheds_one_load_after_the_other_and_takes_them_up_again() 
         assert!(told[3..].iter().all(|told| *told == allow(Level::Low, false)), "{told:?}");
         assert!(!told[3..].is_empty(), "the other MCU may have been reset: it is told again");
         assert_eq!(client.world().powered, [false; 3]);
-        // What is closed now waits for power.
+        // A switch that is closed now waits for power.
         client.ask(Request::Power { dock: Dock::Down, is_on: true });
         client.within(10);
         assert_eq!(client.world().powered, [false; 3]);
 
-        // A latch that moves comes to rest where it is.
+        // A moving latch stops where it is.
         client.world().latches[1].blocked_at = None;
         client.world().battery_mv = 6_600;
         client.within(900);
@@ -783,14 +785,14 @@ fn a_search_ends_when_the_battery_gets_low() {
         client.drain(6_900);
         client.world().battery_mv = 6_600;
         client.within(600);
-        // It is too far away, and takes some time.
+        // The dock is too far away, so the search takes some time.
         client.world().before = Some((Dock::Back, 14.0, 8.0));
         client.ask(Request::Approach(Dock::Back));
         client.within(50);
         assert!(client.world().emitters);
         assert!(client.within(400).contains(&(HORMONE, Told::Report(Report::Lost(Dock::Back)))));
         assert!(!client.world().emitters);
-        // The joint is nobody's again, and tells.
+        // The joint is free again, and reports.
         client.ask(Request::Turn { axis: Axis::Back, angle: 100, speed: 90 });
         assert!(client.reports(3_000).contains(&Report::Joint(Axis::Back, State::Arrived)));
     });
@@ -811,7 +813,8 @@ fn the_charger_counts_what_comes_in_at_the_docks_of_both_mcus() {
         assert_eq!(told, expected);
         assert!(client.world().charger);
 
-        // 60 mA at a dock of the other MCU, and 10 at each here: 90, enough not to count as none.
+        // 60 mA at a dock of the other MCU, and 10 at each here: 90 in all, which is enough to count as
+        // charging.
         let others = |client: &mut Client, looks: u32| {
             let mut told = Vec::new();
             for _ in 0..looks {
@@ -826,7 +829,7 @@ fn the_charger_counts_what_comes_in_at_the_docks_of_both_mcus() {
         };
         client.world().dock_ma = -10;
         assert_eq!(others(client, 12), []);
-        // What goes out is no charge.
+        // A current out of the docks is no charge.
         client.world().dock_ma = 500;
         assert_eq!(others(client, 12), [Report::Charger(charger::State::Failed)]);
         assert!(!client.world().charger);
@@ -861,7 +864,7 @@ fn the_mcu_without_a_battery_does_what_the_other_allows() {
         let told = client.reports(20);
         assert!(told.contains(&Report::Switch(Dock::Left, Switch::Shed)), "{told:?}");
         assert!(told.contains(&Report::Latch(Dock::Right, LatchState::Between)), "{told:?}");
-        // Docks may be closed however empty it is, if it is charged.
+        // Switches may be closed even with an empty battery, if it is charged.
         client.ask(Request::Allow(Allowance { level: Level::Empty, is_charging: true }));
         assert!(client.reports(20).contains(&Report::Switch(Dock::Left, Switch::Closed)));
         client.ask(Request::Turn { axis: Axis::Front, angle: 100, speed: 90 });
@@ -917,7 +920,7 @@ fn that_all_is_allowed_is_told_again_now_and_then() {
     });
 }
 
-/// The dock `Back` searches, and has the opposite joint turn.
+/// Starts a search of the dock `Back`, up to where it turns the opposite joint.
 fn shifting(client: &mut Client) {
     client.within(10);
     client.turn(0);
@@ -954,7 +957,7 @@ fn a_search_that_the_battery_ends_is_told_of_and_stops_both_joints() {
     });
 }
 
-/// Bytes that keep without power.
+/// The bytes of an EEPROM.
 struct Bytes([u8; 256]);
 
 impl Cells for Bytes {

@@ -8,10 +8,10 @@ use simulation::Random;
 use tasks::docking::guidance::{Guidance, Line, Next};
 use tasks::docking::latch::{DockingMotor, End, EndSwitches, Failure, PERIOD_MS, State};
 
-/// What the board compares the motor's current with, in A.
+/// The limit with which the board compares the motor's current, in A.
 const LIMIT: f64 = 0.5;
 
-/// Steps a motor on its latch until it is off; returns for how long it was on, in ms.
+/// Steps a motor on its latch until it is off. Returns for how long it was on, in ms.
 fn run(motor: &mut DockingMotor, latch: &mut Latch) -> u32 {
     let mut milliseconds = 0;
     loop {
@@ -49,7 +49,7 @@ fn what_is_in_the_way_stops_the_motor() {
     assert_eq!(motor.state(), State::At(End::Released));
 }
 
-/// At the end of its way the latch stands still, and the current tells.
+/// At the end of its travel the latch stands still, and the current shows it.
 #[test]
 fn a_broken_switch_does_not_burn_the_motor() {
     let (mut motor, mut latch) = (DockingMotor::new(), Latch::at(0.0));
@@ -72,17 +72,18 @@ fn a_motor_without_a_latch_is_given_up() {
 /// How fast joints turn in a search, in 0.1 degree a period.
 const TURN: f64 = 30.0 * 10.0 * PERIOD_MS as f64 / 1000.0;
 
-/// The most periods of a search: 4 s.
+/// The most periods of a search, which make 4 s.
 const MOST_PERIODS: u32 = 4_000 / PERIOD_MS as u32;
 
-/// A module at an end of a chain: the joint behind its dock, and the other one that bends it, in 0.1 degree.
+/// A module at an end of a chain: the angles of the joint behind its dock and of the other joint that bends
+/// it, in 0.1 degree.
 #[derive(Clone, Copy)]
 struct Bend {
     behind: f64,
     opposite: f64,
 }
 
-/// Both ends of a chain that has curled to a ring. All but their joints is fixed.
+/// Both ends of a chain that has curled to a ring. Everything but their joints is fixed.
 struct Gap {
     tail: Bend,
     head: Bend,
@@ -91,7 +92,7 @@ struct Gap {
 }
 
 impl Gap {
-    /// Ends that miss each other by this much.
+    /// Ends that miss each other by `miss`.
     fn new(miss: DAffine3) -> Self {
         let end = Bend { behind: 300.0, opposite: 300.0 };
         let mut gap = Gap { tail: end, head: end, head_lies: DAffine3::IDENTITY };
@@ -110,7 +111,7 @@ impl Gap {
         self.head_lies * Dock::Back.in_module(angles).inverse() * Dock::Front.in_module(angles)
     }
 
-    /// How the docks lie before each other, in mm and degrees.
+    /// The distance of the docks in mm, and their angle in degrees.
     fn lies(&self) -> Option<(f64, f64)> {
         before((Dock::Back, self.tail_dock()), (Dock::Front, self.head_dock()))
     }
@@ -119,7 +120,7 @@ impl Gap {
         if is_tail { &mut self.tail } else { &mut self.head }
     }
 
-    /// One of both ends searches. Returns whether it latches.
+    /// One of the ends searches. Returns whether it latches.
     fn search(&mut self, is_tail: bool, random: &mut Random) -> bool {
         let mut guidance = Guidance::new();
         let Bend { behind, opposite } = *self.end(is_tail);
@@ -129,7 +130,7 @@ impl Gap {
             let is_there = (*behind - targets[0]).abs() < 3.0;
             *behind += (targets[0] - *behind).clamp(-TURN, TURN);
             *opposite += (targets[1] - *opposite).clamp(-TURN, TURN);
-            // As the converter has it, of both.
+            // Both angles as the converter reads them.
             let [angle, beyond] = [*behind, *opposite].map(|angle| (angle / 2.94).round() * 2.94);
             let noise = random.between(-2.5, 2.5) as i16;
             let seen = self.lies().map_or(0, |(millimetres, degrees)| reflected(millimetres, degrees));
@@ -149,19 +150,19 @@ impl Gap {
     }
 }
 
-/// So many millimetres along the tail's Back, across it and upwards; bent, tilted and twisted by so many
-/// degrees.
+/// A miss of so many millimetres along the tail's Back, across it and upwards, and bent, tilted and twisted
+/// by so many degrees.
 fn missed(millimetres: [f64; 3], [bent, tilted, twisted]: [f64; 3]) -> DAffine3 {
     let [along, across, up] = millimetres;
     let turn = DQuat::from_rotation_y(bent.to_radians())
         * DQuat::from_rotation_z(tilted.to_radians())
         * DQuat::from_rotation_x(twisted.to_radians());
-    // Both bend about y, and z lies across.
+    // Both modules bend about y, and z lies across.
     DAffine3::from_rotation_translation(turn, DVec3::new(along, up, across))
 }
 
-/// Ends that miss each other by up to 20 mm along, across, and 10 degrees; and by as much as the ground
-/// leaves beside, where nothing can turn them: tail and head in turn bring them together.
+/// The ends miss each other by up to 20 mm along and across, and by 10 degrees. In the directions in which no
+/// joint can turn them they miss by as much as the ground allows. Tail and head in turn bring them together.
 #[test]
 fn ends_that_miss_each_other_come_together() {
     let mut random = Random::new(1);
@@ -180,7 +181,7 @@ fn ends_that_miss_each_other_come_together() {
     assert!(searches[0] + searches[1] > 1_600, "{searches:?}");
 }
 
-/// Each end by itself leaves a gap that it can't close.
+/// One end alone leaves a gap that it can't close.
 #[test]
 fn one_end_alone_is_not_enough() {
     let mut gap = Gap::new(missed([-20.0, 0.0, 0.0], [0.0; 3]));
@@ -189,7 +190,7 @@ fn one_end_alone_is_not_enough() {
     assert!((0..4).any(|number| gap.search(number % 2 != 0, &mut random)));
 }
 
-/// Where nothing shines back no joint is moved.
+/// Without a reflection no joint is moved.
 #[test]
 fn a_dock_out_of_reach_is_lost_at_once() {
     let far = Gap::new(missed([-60.0, 40.0, 0.0], [30.0, 0.0, 0.0]));
@@ -200,8 +201,8 @@ fn a_dock_out_of_reach_is_lost_at_once() {
     assert_eq!(Guidance::new().step(300, 8, true), Next::Move(Line::Turn, 420));
 }
 
-/// While something is dragged along, the best place on the way back is another than on the way there: it is
-/// found all the same. What a joint at 0 looks at lags behind its turns by 3 degrees.
+/// If something is dragged along, the best angle on the way back differs from that on the way there; the
+/// search still finds it. Here the dock before a joint at 0 lags behind its turns by 3 degrees.
 #[test]
 fn what_is_dragged_along_does_not_mislead_the_search() {
     for facing in (-90..=90_i16).step_by(5) {
@@ -216,7 +217,8 @@ fn what_is_dragged_along_does_not_mislead_the_search() {
     }
 }
 
-/// What is near enough as the joint passes by is latched at once: it need not be so on the way back.
+/// A dock that is near enough as the joint passes by is latched at once: on the way back it may not be near
+/// enough.
 #[test]
 fn a_search_stops_where_it_is_near_enough() {
     let mut guidance = Guidance::new();
@@ -227,7 +229,7 @@ fn a_search_stops_where_it_is_near_enough() {
     assert_eq!(guidance.step(40, 590, true), Next::Latch);
 }
 
-/// The angles that a search of a joint at 0 looked at, by `seen`, until it shifts.
+/// The angles at which a search from 0 looked, with the readings of `seen`, until it shifts.
 fn turned(mut seen: impl FnMut(i16) -> u16) -> Vec<i16> {
     let (mut angle, mut target, mut looked) = (0_i16, 0_i16, Vec::new());
     let mut guidance = Guidance::new();
@@ -243,7 +245,7 @@ fn turned(mut seen: impl FnMut(i16) -> u16) -> Vec<i16> {
     }
 }
 
-/// What is reflected falls off evenly to both sides, so that each angle is told from the next.
+/// The reflection falls off evenly to both sides, so that each angle differs from the next.
 #[test]
 fn a_turn_ends_close_to_where_most_was_seen() {
     for facing in -110..=110_i16 {
@@ -266,8 +268,7 @@ fn a_turn_that_finds_no_more_goes_no_further_than_its_reach() {
 }
 
 proptest! {
-    /// Whatever is read, a search ends once its joint comes where it is told to, and not far from where it
-    /// began.
+    /// With any readings, a search whose joint comes to its targets ends, and not far from where it began.
     #[test]
     fn a_search_ends(start in -900..=900_i16, readings in prop::collection::vec(0..=1023_u16, 50)) {
         let mut guidance = Guidance::new();

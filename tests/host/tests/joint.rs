@@ -1,4 +1,4 @@
-//! A joint on its plant: how it steps, what it bears, and what makes it stop.
+//! A joint on its plant: its step response, the disturbances that it bears, and the faults that stop it.
 
 use plants::joint::{Joint as Plant, PotentiometerFault, Surroundings, counts};
 use proptest::prelude::*;
@@ -9,11 +9,11 @@ use tasks::superbot::{JOINT, ROLL};
 /// Steps of the plant in a millisecond.
 const STEPS: u32 = 20;
 
-/// A joint and what it drives.
+/// A joint and the plant that it drives.
 struct Rig {
     joint: Joint,
     plant: Plant,
-    /// What the joint last asked for.
+    /// The drive that the joint last asked for.
     drive: i16,
 }
 
@@ -22,7 +22,7 @@ impl Rig {
         Rig { joint: Joint::new(JOINT), plant, drive: 0 }
     }
 
-    /// One millisecond. The drive follows from readings of its beginning, as on the board.
+    /// Makes a millisecond pass. The drive follows from the readings at its beginning, as on the board.
     fn step(&mut self) {
         let reading = Reading {
             potentiometer: counts(self.plant.potentiometer_volts()),
@@ -82,8 +82,8 @@ fn surroundings() -> impl Strategy<Value = Surroundings> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Up to twelve times the inertia, a third of the stall torque either way, half to one and a half times
-    /// the friction, a battery full or nearly empty.
+    /// The load has up to twelve times the inertia, a third of the stall torque either way, and half to one
+    /// and a half times the friction; the battery is full or nearly empty.
     #[test]
     fn a_step_in_other_surroundings(surroundings in surroundings(), speed in 20..=255_u8, is_up: bool) {
         let (from, to) = if is_up { (-10.0, 20.0) } else { (20.0, -10.0) };
@@ -93,8 +93,8 @@ proptest! {
         prop_assert!(overshoot <= 5.0 && error <= 0.3, "{} %, {}", overshoot, error);
     }
 
-    /// Whatever is asked for and whatever the converter reads: no overflow, no drive outside of its range,
-    /// none over an end stop, none in a joint that is off.
+    /// With any orders and any readings of the converter there is no overflow, no drive outside of its range
+    /// or beyond an end stop, and no drive in a joint that is off.
     #[test]
     fn any_reading_is_borne(
         orders in prop::collection::vec((any::<i16>(), any::<u8>(), 0..=1023_u16, 0..=1023_u16, 1..300_usize), 1..20),
@@ -192,7 +192,7 @@ fn a_blocked_joint_draws_no_more_than_its_limit_and_stalls() {
     }
     assert_eq!((rig.joint.state(), rig.drive), (State::Stalled, 0));
     assert!((240..300).contains(&periods), "{periods} ms");
-    // Freed and told again, it goes.
+    // Once it is free and gets an order again, it moves.
     rig.plant.surroundings.is_blocked = false;
     rig.joint.turn_to(200, 255);
     rig.trace(2_000);
@@ -221,7 +221,7 @@ fn a_broken_potentiometer_stops_the_motor() {
         assert_eq!(rig.drive, 0, "at the first bad reading");
         rig.trace(2);
         assert_eq!(rig.joint.state(), State::BrokenPotentiometer);
-        rig.trace(50); // what swing is left ends
+        rig.trace(50); // the rest of the swing ends
         let angle = rig.plant.degrees();
         rig.joint.turn_to(600, 60);
         rig.trace(10);
@@ -234,7 +234,7 @@ fn a_broken_potentiometer_stops_the_motor() {
     }
 }
 
-/// Its readings are plausible, so that only the lack of way shows it.
+/// Its readings are plausible, so only the lack of progress shows the fault.
 #[test]
 fn a_stuck_potentiometer_is_a_stall() {
     let mut rig = Rig::new(Plant::at(0.0));

@@ -1,15 +1,15 @@
-//! The modules of a crate use each other one way: none leads back to itself.
+//! The modules of a crate use each other without a cycle.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// By module at the top of a crate, which others of these it uses.
+/// The top-level modules of a crate that each one uses.
 type Uses = BTreeMap<String, BTreeSet<String>>;
 
 #[test]
 fn no_crate_has_a_circle() {
-    // The kernel's `arch` is the contract below all, and the ports that keep it are above.
+    // The kernel's `arch` is left out: it is the contract below all, while its ports are above.
     for (name, left_out) in [
         ("kernel", "arch"),
         ("plants", ""),
@@ -21,7 +21,7 @@ fn no_crate_has_a_circle() {
     ] {
         let mut uses = uses(name, left_out);
         assert!(uses.values().any(|used| !used.is_empty()), "{name}: no module uses another");
-        // From below: what uses nothing that is above.
+        // Removes modules from the bottom up: each time one that uses no other that is left.
         while let Some(lowest) = uses.iter().find(|(_, used)| used.is_empty()).map(|(name, _)| name.clone()) {
             uses.remove(&lowest);
             uses.values_mut().for_each(|used| _ = used.remove(&lowest));
@@ -56,7 +56,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     paths.flat_map(within).collect()
 }
 
-/// What follows `crate::` in a source: a name, or the names in braces.
+/// The names that follow `crate::` in a source: one name, or those in braces.
 fn named(source: &str) -> Vec<String> {
     let code: String = source.lines().map(|line| line.split("//").next().unwrap_or(line)).collect();
     let names = |path: &str| {

@@ -55,7 +55,8 @@ fn the_longest_message_fills_a_frame() {
     assert_eq!(wire.len(), MAX_FRAME + 2);
 }
 
-/// What a receiver finds in these bytes: a wrong bit can make a delimiter or unmake one.
+/// The number of frames that a receiver finds in these bytes: a wrong bit can make a delimiter or destroy
+/// one.
 fn frames_in(wire: &[u8]) -> usize {
     let ended = wire.split_inclusive(|byte| *byte == 0);
     ended.filter(|piece| Frame::decode(&mut piece.to_vec()).is_ok()).count()
@@ -106,7 +107,7 @@ fn every_wrong_bit_is_found(wire: &[u8]) {
     }
 }
 
-/// Every lost byte and every byte that was not sent.
+/// Every lost byte is found, and every inserted one.
 #[test]
 fn no_byte_can_be_lost_or_inserted() {
     every_length_and_content(|frame| {
@@ -164,7 +165,7 @@ proptest! {
         prop_assert_eq!(Frame::decode(&mut wire), Ok(frame));
     }
 
-    /// No bytes make the decoder panic, and what it takes for a frame is one.
+    /// No bytes make the decoder panic, and the bytes that it takes for a frame are one.
     #[test]
     fn any_bytes_are_a_frame_or_an_error(mut wire in prop::collection::vec(any::<u8>(), 0..40)) {
         let received = wire.clone();

@@ -1,4 +1,4 @@
-//! What a dock's sending task makes of its queue, on the host: nobody acknowledges anything.
+//! A dock's sending task and its queue, on the host, with a neighbour that acknowledges nothing.
 
 use std::sync::Mutex;
 

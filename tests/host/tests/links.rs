@@ -1,5 +1,5 @@
 //! Both tasks of a dock, at both ends of a line that loses frames: each message arrives once, in order, and
-//! what happened is counted.
+//! the faults are counted.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
@@ -26,16 +26,16 @@ const MESSAGES: u8 = 30;
 
 /// A line between two ends, one of which may send at a time.
 struct Line {
-    /// What is on its way to each end, and what waits for it there.
+    /// The bytes that have arrived for each end and wait there.
     toward: [VecDeque<u8>; 2],
     /// Whether a frame comes in at each end.
     comes_in: [bool; 2],
     signals: [Option<&'static Semaphore>; 2],
-    /// What becomes of the frame of this number.
+    /// The fate of each frame, by its number.
     fate: fn(usize) -> Fate,
     frames: usize,
     signatures: Vec<Signature>,
-    /// When each message had gone out.
+    /// When each message had been sent.
     messages: Vec<Ticks>,
 }
 
@@ -112,7 +112,7 @@ impl Receive for End {
     }
 }
 
-/// What came of a run, by end.
+/// The result of a run, by end.
 struct Outcome {
     heard: [Vec<u8>; 2],
     counters: [LinkCounters; 2],
@@ -124,12 +124,12 @@ fn forever<T>(value: T) -> &'static T {
     Box::leak(Box::new(value))
 }
 
-/// Has each end send its messages to the other, one in 60 ticks, over a line whose frames have such fates.
+/// Each end sends its messages to the other, one in 60 ticks, over a line whose frames have such fates.
 fn run(fate: fn(usize) -> Fate, seeds: [u16; 2]) -> Outcome {
     run_with(fate, seeds, [0; 2].map(|_| vec![60; MESSAGES.into()]))
 }
 
-/// As [`run`], each end's messages with these pauses behind them.
+/// As [`run`], with these pauses after each end's messages.
 fn run_with(fate: fn(usize) -> Fate, seeds: [u16; 2], pauses: [Vec<Ticks>; 2]) -> Outcome {
     let line = Line {
         toward: Default::default(),
@@ -150,7 +150,7 @@ fn run_with(fate: fn(usize) -> Fate, seeds: [u16; 2], pauses: [Vec<Ticks>; 2]) -
             router: Router::new(Mcu::Master, RESIDENCE),
             tasks: forever([(TaskCode::AC_RECEIVE, other), (HORMONE, mailboxes[end])]),
             devices: nobody,
-            // The right one of several is to be found.
+            // The office has to find the right one of several.
             links: forever([
                 (Dock::Right, other),
                 (docks[end], ports[end].mailbox()),

@@ -1,5 +1,4 @@
-//! The task of the joints, on their plants: when it controls them, when it only looks, and what it counts and
-//! tells.
+//! The joints' task, on their plants: when it controls them, when it only looks, its counts and its news.
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
@@ -12,13 +11,13 @@ use tasks::motor::joints::{Joints, Order, WATCH};
 use tasks::motor::task::{self as motor, Motors};
 use tasks::superbot::JOINT;
 
-/// Two joints, and what the task does with their motors.
+/// Two joints, and the task's calls on their motors.
 struct World {
     joints: [Plant; 2],
     drives: [i16; 2],
     /// Posted each millisecond while the joints are controlled.
     period: Option<&'static Semaphore>,
-    /// How often that began, and how often the joints were looked at without it.
+    /// How often control began, and how often the joints were looked at without it.
     begun: u32,
     looked: u32,
     /// How long a look takes, and how many periods pass at once.
@@ -65,7 +64,7 @@ impl JointMotors for Board {
     fn done(&mut self) {}
 }
 
-/// Whoever orders joints about.
+/// A client that gives orders to joints.
 struct Client<'a> {
     task: &'a mut Task,
     motors: &'static Motors<2>,
@@ -78,7 +77,7 @@ impl Client<'_> {
         self.motors.order(self.task, joint, Order::Turn { angle, speed: 90 });
     }
 
-    /// How often there was news within so many ticks, in all of which the task was in time.
+    /// How often there was news within so many ticks. Checks at each tick that the task is in time.
     fn news(&mut self, ticks: Ticks) -> u32 {
         let mut news = 0;
         for _ in 0..ticks {
@@ -180,7 +179,7 @@ fn a_joint_is_controlled_in_each_period_until_all_are_at_rest_and_its_arrival_is
         client.news(100);
         assert_eq!((client.periods(), client.motors.counters(client.task).missed), (before, 0));
 
-        // The one rests while the other moves.
+        // One joint rests while the other moves.
         client.turn(1, 500);
         client.news(300);
         assert_eq!(client.states(), [State::Arrived, State::Moving]);
@@ -193,7 +192,7 @@ fn a_joint_is_controlled_in_each_period_until_all_are_at_rest_and_its_arrival_is
 #[test]
 fn an_order_is_begun_with_whenever_it_comes() {
     run(|client| {
-        // Before the first period, and in each of the next ones; the other one has its own.
+        // The first order comes before the first period, or in one of the next; the other joint gets its own.
         for ticks in 0..4 {
             client.turn(0, 300);
             client.news(ticks);
@@ -229,7 +228,7 @@ fn a_joint_at_rest_is_looked_at_and_held_where_somebody_moves_it() {
         client.turn(0, 0);
         client.news(1_000);
         let before = client.board.world().looked;
-        // A look takes two ticks, and as long as this it is in time.
+        // A look takes two ticks, and the task is in time as long as a look takes no longer than that.
         client.news(10 * (WATCH + 2));
         assert_eq!(client.board.world().looked - before, 10);
         client.board.world().look_ticks = WATCH - 4;

@@ -1,4 +1,4 @@
-//! The router: every task, dock and source on both MCUs, against the rules put plainly.
+//! The router: every task, dock and source on both MCUs, compared with a plain statement of the rules.
 
 use tasks::dock::{Dock, DockSet};
 use tasks::message::{Address, TaskCode};
@@ -12,10 +12,10 @@ const fn task(code: u8) -> TaskCode {
     }
 }
 
-// Every place that a task can have: behaviours and system tasks, on the master, on the slave, on both.
+// Every residence that a task can have: behaviours and system tasks, on the master, on the slave, on both.
 const MASTER_TASKS: [TaskCode; 5] = [task(0x00), task(0x01), task(0x06), task(0x10), task(0x11)];
 const SLAVE_TASKS: [TaskCode; 4] = [task(0x02), task(0x05), task(0x10), task(0x1F)];
-// Right belongs to neither.
+// The dock Right belongs to neither MCU.
 const MASTER_DOCKS: [Dock; 2] = [Dock::Front, Dock::Left];
 const SLAVE_DOCKS: [Dock; 3] = [Dock::Back, Dock::Up, Dock::Down];
 
@@ -67,8 +67,7 @@ fn every_combination_goes_by_the_rules() {
     }
 }
 
-/// Whatever a neighbour writes into its frame: it reaches a behaviour of this module or nothing, and
-/// that on one MCU alone.
+/// Any frame of a neighbour reaches a behaviour of this module, on one MCU only, or nothing.
 #[test]
 fn from_a_dock_only_behaviours_are_reached() {
     let mut reached = Vec::new();
@@ -92,8 +91,8 @@ fn from_a_dock_only_behaviours_are_reached() {
     assert_eq!(reached, [0, 0, 1, 1, 2, 2, 5, 5, 6, 6]);
 }
 
-/// The way of the paper's Figure 6: in at the Back dock of the slave, HORMONE on the master, out at
-/// the Front.
+/// The path of the paper's Figure 6: in at the Back dock of the slave, HORMONE on the master, out at the
+/// Front dock.
 #[test]
 fn a_hormone_passes_through_a_spine() {
     let hormone = Address::here(TaskCode::HORMONE);
@@ -106,7 +105,7 @@ fn a_hormone_passes_through_a_spine() {
     assert_eq!(route(Mcu::Slave, back, Source::Bridge), Route::Link(Dock::Back));
 }
 
-/// Where a message ends that comes from `source` on `mcu`: the MCU and the route there.
+/// Where a message from `source` on `mcu` ends: the MCU and the route there.
 fn end(residence: Residence, mcu: Mcu, to: Address, source: Source) -> (Mcu, Route) {
     match Router::new(mcu, residence).route(to, source) {
         Route::Bridge => {
@@ -117,8 +116,8 @@ fn end(residence: Residence, mcu: Mcu, to: Address, source: Source) -> (Mcu, Rou
     }
 }
 
-/// The robot's own residence, where each task in turn is moved: it is found from everywhere where it is now,
-/// and all others where they were.
+/// In the robot's own residence each task in turn is moved. It is found in its new place from everywhere, and
+/// all others in their old ones.
 #[test]
 fn a_task_that_is_moved_to_the_other_mcu_is_found_there_from_everywhere() {
     let residents = [superbot::RESIDENCE.master, superbot::RESIDENCE.slave];

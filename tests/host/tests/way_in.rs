@@ -1,4 +1,4 @@
-//! What `x` says to those who call it wrongly, before it installs or builds anything.
+//! The messages of `x` when it is called wrongly, before it installs or builds anything.
 
 #![cfg(unix)]
 
@@ -10,7 +10,8 @@ use std::process::{Command, Output};
 
 const X: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../x");
 
-/// In an environment in which it installs and builds nothing: its set-up ends at this name of a program.
+/// A call of `x` in an environment in which it installs and builds nothing: the name of a program that does
+/// not exist ends its set-up.
 fn x(path: impl AsRef<Path>, arguments: &[&str]) -> Command {
     let mut command = Command::new("bash");
     command.arg(path.as_ref()).args(arguments).env("SUPERBOT_AVR_CARGO", "no-such-program");
@@ -18,7 +19,7 @@ fn x(path: impl AsRef<Path>, arguments: &[&str]) -> Command {
     command
 }
 
-/// Its exit status, and what it says.
+/// The exit status of `x`, and its messages.
 fn said(mut command: Command) -> (Option<i32>, String) {
     let Output { status, stdout, stderr } = command.output().expect("bash is there");
     assert_eq!(String::from_utf8_lossy(&stdout), "", "only stderr says what is wrong");
@@ -43,7 +44,7 @@ fn folder(test: &str) -> PathBuf {
     folder
 }
 
-/// The commands that the last `case` of `x` tells apart.
+/// The commands in the last `case` of `x`.
 fn commands() -> BTreeSet<String> {
     let text = fs::read_to_string(X).expect("x is there");
     let (_, cases) = text.rsplit_once("\ncase ").expect("x tells its commands apart");
@@ -85,7 +86,7 @@ fn commands_without_arguments_take_none() {
     }
 }
 
-/// What is no `--check` would be pictures made anew.
+/// Without this check a mistyped `--check` would make the pictures anew.
 #[test]
 fn commands_with_one_option_take_no_other() {
     for (name, option) in [("picture", "--check"), ("coverage", "--accept")] {
@@ -114,7 +115,7 @@ fn a_number_of_inputs_and_a_package_have_to_be_such() {
     says(&["mutants", "board"], "kernel|tasks|hormone");
 }
 
-/// `-n` of avrdude forbids to write: fuses must not be written for all that.
+/// avrdude's `-n` forbids writing. `x` must not write fuses in spite of it.
 #[test]
 fn to_flash_takes_an_mcu_a_port_a_programmer_and_nothing_else() {
     for arguments in [
@@ -163,14 +164,15 @@ fn it_goes_to_its_own_folder_whatever_cdpath_says() {
     assert!(text.contains("no-such-program"), "it went elsewhere: {text}");
 }
 
-/// Puts what a shell does into a file, as a program.
+/// Writes a shell script into a file, as a program.
 fn write_program(path: &Path, script: &str) {
     fs::create_dir_all(path.parent().expect("it lies in a folder")).expect("a folder can be made");
     fs::write(path, format!("#!/bin/sh\n{script}\n")).expect("a program can be written");
     fs::set_permissions(path, fs::Permissions::from_mode(0o755)).expect("and made one");
 }
 
-/// A folder of programs with all that the set-up looks for, and neither gdb nor apt-get; `cargo` does this.
+/// A folder with all programs that the set-up looks for, but neither gdb nor apt-get. Its `cargo` runs this
+/// script.
 fn set_up_for(folder: &Path, cargo: &str) -> PathBuf {
     let programs = folder.join("programs");
     for name in ["cargo", "cc", "make", "pkg-config", "avr-gcc", "avr-objcopy"] {
@@ -190,7 +192,7 @@ fn set_up_for(folder: &Path, cargo: &str) -> PathBuf {
     programs
 }
 
-/// As of a shell that was started before rustup had put its folder into the path.
+/// The environment is that of a shell that was started before rustup put its folder into the path.
 #[test]
 fn cargo_is_found_in_its_own_folder_by_all_that_call_it() {
     let folder = folder("cargo");
@@ -217,7 +219,7 @@ fn cargo_is_found_in_its_own_folder_by_all_that_call_it() {
     }
 }
 
-/// As [`x`], where all is set up.
+/// As [`x`], with everything set up.
 fn x_set_up(path: &Path, arguments: &[&str], programs: &Path) -> Command {
     let mut command = x(path, arguments);
     command.env("PATH", programs).env("SUPERBOT_AVR_CARGO", "cargo");
@@ -225,7 +227,7 @@ fn x_set_up(path: &Path, arguments: &[&str], programs: &Path) -> Command {
     command
 }
 
-/// cargo-mutants ends with 3 where the tests of a mutant did not end, whether others were missed or not.
+/// cargo-mutants exits with 3 if the tests of a mutant did not end, whether others were missed or not.
 #[test]
 fn mutants_that_no_test_finds_are_told_also_where_others_do_not_end() {
     let folder = folder("mutants");
@@ -242,7 +244,7 @@ fn mutants_that_no_test_finds_are_told_also_where_others_do_not_end() {
     }
 }
 
-/// The program of an earlier build is there still: what it says would be by another source.
+/// The program of an earlier build still exists: its output would come from other sources.
 #[test]
 fn what_does_not_compile_tells_no_figures() {
     let folder = folder("figures");
@@ -263,7 +265,7 @@ fn what_does_not_compile_tells_no_figures() {
     }
 }
 
-/// Cargo's configuration may name another folder for all that somebody builds. A relative one is below x.
+/// A user's Cargo configuration may name another folder for all builds. A relative one is below x.
 #[test]
 fn what_it_has_built_it_finds_wherever_cargo_builds() {
     let folder = folder("built");
@@ -288,7 +290,7 @@ fn what_it_has_built_it_finds_wherever_cargo_builds() {
     }
 }
 
-/// To build the images of a sweep takes minutes.
+/// Building the images of a sweep takes minutes.
 #[test]
 fn a_name_that_nobody_knows_is_refused_before_anything_is_built() {
     let folder = folder("names");
@@ -300,7 +302,7 @@ fn a_name_that_nobody_knows_is_refused_before_anything_is_built() {
     }
 }
 
-/// The simulator is asked first, and then says it itself.
+/// `x` asks the simulator first, and the simulator then prints the error.
 #[test]
 fn an_option_that_the_simulator_does_not_take_is_refused_before_images_are_built() {
     let folder = folder("options");
@@ -317,7 +319,7 @@ fn an_option_that_the_simulator_does_not_take_is_refused_before_images_are_built
 #[test]
 fn where_sizes_can_not_be_measured_the_file_stays_as_it_was() {
     let folder = folder("sizes");
-    // Neither what measures an image nor what tells of its stacks.
+    // Neither the tool that measures an image nor the one that computes its stacks exists.
     let programs = set_up_for(&folder, "exit 101");
     let here = copy(&folder, "here");
     for mcu in ["master", "slave"] {
@@ -331,7 +333,7 @@ fn where_sizes_can_not_be_measured_the_file_stays_as_it_was() {
     assert_eq!(fs::read_to_string(&file).expect("it is there"), "as it was");
 }
 
-/// Of gdb Debian's is asked for, unless another one is named or comes by itself.
+/// Debian's gdb is requested, unless the options name another one or wait for one.
 #[test]
 fn to_debug_takes_a_gdb_where_no_other_is_asked_for() {
     let folder = folder("gdb");
@@ -355,7 +357,7 @@ fn to_debug_takes_a_gdb_where_no_other_is_asked_for() {
     }
 }
 
-/// An empty variable names no gdb: it is unset, also for the program that x calls.
+/// An empty variable names no gdb. `x` unsets it, also for the program that it calls.
 #[test]
 fn an_empty_name_of_a_gdb_is_none() {
     let folder = folder("empty");

@@ -1,11 +1,11 @@
-//! Marks around a stretch of a program that is measured.
+//! Marks around a measured stretch of a program.
 //!
-//! Each is one piece of assembly that takes 2 cycles wherever it stands, and past which no access to memory
-//! moves.
+//! Each mark is one piece of assembly that takes 2 cycles wherever it stands. The compiler moves no memory
+//! access past it.
 
 use core::arch::asm;
 
-/// What the mark at the end of a stretch has set besides the stretch's number.
+/// The bit that the mark at the end of a stretch has set besides the stretch's number.
 const END: u8 = 0x80;
 
 /// Marks the beginning of the stretch of this number, 1 to 0x5f.
@@ -20,7 +20,7 @@ pub fn end<const STRETCH: u8>() {
     exact_mark!(END | STRETCH);
 }
 
-/// Keeps the CPU busy for 100,000 cycles, and no register alive.
+/// Keeps the CPU busy for 100,000 cycles, with no register alive.
 #[inline(never)]
 pub fn busy() {
     for round in 0..20_000u16 {

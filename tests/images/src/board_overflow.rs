@@ -1,4 +1,4 @@
-//! A task overflows its stack after power-up; the next start tells which.
+//! A task overflows its stack after power-up; the next start reports which.
 //!
 //! Marks: 1 after power-up, 2 after a watchdog reset; then, if there is a record, the low and high bytes of
 //! its line, column and task.
@@ -12,7 +12,7 @@ use board::debug::{halt, mark};
 use kernel::{Never, Priority, Semaphore, Stack, Task};
 
 static NEVER: Semaphore = Semaphore::new(0);
-/// Two bytes less than it needs where it blocks.
+/// Two bytes less than the task needs when it blocks.
 #[unsafe(no_mangle)]
 static SMALL: Stack<88> = Stack::new();
 

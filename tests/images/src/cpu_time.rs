@@ -1,4 +1,4 @@
-//! Tasks that take turns for a second, and then what the kernel says of their times.
+//! Tasks that take turns for a second, and then the kernel's times of each.
 //!
 //! Marks: 1 when the clock has started; 2 when the times are in `REPORT`.
 #![no_std]
@@ -18,7 +18,7 @@ static REPORTER: Stack<160> = Stack::new();
 static CONTROL: Stack<128> = Stack::new();
 static WORKERS: [Stack<128>; 2] = [const { Stack::new() }; 2];
 
-/// The times: of the control task, the workers, idle, of the reporter, and in all.
+/// The times of the control task, the workers, the idle task and the reporter, and the total.
 #[unsafe(no_mangle)]
 static REPORT: MaskedCell<[u32; 6]> = MaskedCell::new([0; 6]);
 
@@ -35,9 +35,10 @@ extern "C" fn main() -> ! {
             mark(2);
             finish()
         }));
-        // Woken by the tick, and done long before the next: what samples by the tick never sees it.
+        // The tick wakes this task, and it is done long before the next tick: sampling at ticks never sees
+        // it.
         start(CONTROL.start(boot, Priority::P1, |task| {
-            task.delay(50); // first the workers have the CPU for longer than a turn of the clock
+            task.delay(50); // first the workers have the CPU for longer than a period of the clock
             let mut period = Period::new(task, 2);
             loop {
                 period.wait(task);
@@ -51,7 +52,7 @@ extern "C" fn main() -> ! {
                         work(10_000);
                         task.yield_now();
                     }
-                    task.delay(rest); // longer than a turn of the clock
+                    task.delay(rest); // longer than a period of the clock
                 }
             }));
         }
@@ -71,7 +72,7 @@ fn report(task: &mut Task) {
     let idle = kernel::idle_time(task);
     let [control, one, other] =
         [&CONTROL.task(), &one.task(), &other.task()].map(|handle| handle.cpu_time(task));
-    // Last, as it is this one that runs.
+    // Last, because the reporter itself runs.
     let reporter = REPORTER.task().cpu_time(task);
     let total = kernel::total_time(task);
     task.mask(|masked| REPORT.set(masked, [control, one, other, idle, reporter, total]));

@@ -1,6 +1,5 @@
-//! A neighbour that floods a module: its one dock, at USART0, sends messages to the other's HORMONE as fast
-//! as they are acknowledged. Few of them are hormones. It may ask the other's console beside, again and
-//! again.
+//! A neighbour that floods a module: its one dock, at USART0, sends messages to the module's HORMONE as fast
+//! as they are acknowledged. Few of them are hormones. It may also ask the module's console, again and again.
 
 use board::Board;
 use board::interrupts::Serves;
@@ -22,7 +21,7 @@ use tasks::mailbox::Mailbox;
 use tasks::message::{Address, MAX_PAYLOAD, Message, TaskCode};
 use tasks::post_office::PostOffice;
 
-/// What is not there.
+/// The mailbox of devices and a bridge that do not exist.
 pub static NOWHERE: Mailbox = Mailbox::new(1);
 
 pub static AC_RECEIVE: Mailbox = Mailbox::new(4);
@@ -36,11 +35,11 @@ static FLOOD: Stack<300> = Stack::new();
 static PROBE: Stack<320> = Stack::new();
 static ASK: Stack<300> = Stack::new();
 
-/// What such an image does besides.
+/// The additional activity of such an image.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Beside {
     Nothing,
-    /// It probes, and so is taken for a neighbour.
+    /// It probes, so the module takes it for a neighbour.
     Probes,
     /// It asks the console.
     Asks,
@@ -122,7 +121,7 @@ pub fn begin(
 /// probes.
 const PACE: Ticks = 9;
 
-/// So many messages to a hormone, which has a spine go straight.
+/// One in so many messages is a hormone, by which a spine goes straight.
 const HORMONE: u8 = 64;
 
 /// AC_SEND and AC_RECV.
@@ -144,14 +143,14 @@ fn probe(task: &mut Task, api: Api) -> Never {
 /// How long a piece of the console's text may take, in ticks of 1 ms.
 const PATIENCE: Ticks = 400;
 
-/// Asks for all that the console tells, piece by piece, and begins anew at the end.
+/// Asks for the whole text of the console, piece by piece, and begins anew at the end.
 fn ask(task: &mut Task, dock: Dock, api: Api) -> Never {
     let (to, from) = (Address::beyond(dock, TaskCode::CONSOLE), Address::here(TaskCode::CONSOLE));
     let mut request = Request::Begin(Topic::All);
     loop {
         request.with_payload(|payload| {
             if let Ok(message) = Message::new(to, from, payload) {
-                // One that finds no room is sent again.
+                // A request that finds no room is sent again.
                 let _ = api.send(task, message);
             }
         });
@@ -173,7 +172,7 @@ fn flood(task: &mut Task, dock: Dock, api: Api) -> Never {
     loop {
         while SINK.take(task).is_some() {}
         count = count.wrapping_add(1);
-        // Each hormone in a rhythm of its own, so that it is taken up whenever it comes.
+        // Each hormone has a rhythm of its own, so that the module accepts it at any time.
         let pace = Pace {
             name: GaitName::Centipede as u8,
             data: Data::A,
@@ -185,7 +184,7 @@ fn flood(task: &mut Task, dock: Dock, api: Api) -> Never {
         let hormone = Hormone::Pace(pace).to_payload();
         let payload = if count.is_multiple_of(HORMONE) { hormone.as_slice() } else { &[0xff; MAX_PAYLOAD] };
         if let Ok(message) = Message::new(to, from, payload) {
-            // One that finds no room is one of too many.
+            // A message that finds no room is dropped: there are too many anyway.
             let _ = api.send(task, message);
         }
         task.delay(PACE);

@@ -1,7 +1,8 @@
-//! What every test image has: a mark that the simulator sees, an end, and a panic handler that shows.
+//! The common parts of all test images: marks that the simulator sees, an end, and a panic handler that makes
+//! a mark.
 #![no_std]
 #![cfg(target_arch = "avr")]
-#![cfg_attr(feature = "atmega128", feature(asm_experimental_arch))] // of the marks around what is measured
+#![cfg_attr(feature = "atmega128", feature(asm_experimental_arch))] // for the marks around measured stretches
 
 #[cfg(feature = "atmega128")]
 pub mod bench;
@@ -19,7 +20,7 @@ pub const PANIC: u8 = 0xee;
 /// The mark of a task that did not start.
 pub const NOT_STARTED: u8 = 0xed;
 
-/// The mark of a stack that a task has overflowed. Behind it come the two bytes of its address.
+/// The mark of a stack that a task has overflowed. The two bytes of its address follow.
 pub const STACK_OVERFLOW: u8 = 0xec;
 
 #[cfg(feature = "stack-check")]
@@ -37,7 +38,7 @@ pub fn finish() -> ! {
     debug::halt()
 }
 
-/// Shows it if a task did not start.
+/// Marks and ends the test if a task did not start.
 pub fn start(started: Result<(), kernel::StartError>) {
     if started.is_err() {
         mark(NOT_STARTED);

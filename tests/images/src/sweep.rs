@@ -1,9 +1,9 @@
-//! What the images of the interrupt sweep share: the tasks that interrupts wake, the tasks that a path sends
-//! about, and the audit behind each path.
+//! The common parts of the interrupt sweep's images: the tasks that interrupts wake, the tasks that run parts
+//! of a path, and the audit after each path.
 //!
 //! A *path* is a stretch of kernel calls and switches between the marks [`OPEN`] and [`CLOSED`]. The sweep
-//! runs it over and over and raises interrupts anywhere in it. Whatever they wake uses the very objects that
-//! the path uses, at other priorities. Yet each path's own marks must come in the same order, and the audit
+//! runs it over and over, and raises interrupts anywhere in it. The tasks that they wake use the same objects
+//! as the path, at other priorities. Still each path's own marks must come in the same order, and the audit
 //! must find every signal, message and count in its place.
 
 use board::debug::mark;
@@ -23,9 +23,9 @@ pub const CLOSED: u8 = 0x60;
 pub const AUDITED: u8 = 0x61;
 /// Asks the sweep for the external interrupt, as part of the path.
 pub const ASK_EXTERNAL: u8 = 0x62;
-/// Asks the sweep for a tick, as part of the path. It gives one too whenever the MCU sleeps.
+/// Asks the sweep for a tick, as part of the path. The sweep also gives a tick whenever the MCU sleeps.
 pub const ASK_TICK: u8 = 0x63;
-/// Something is wrong; with a number added, the audit's check of that number.
+/// Something is wrong. With a number added: the audit's check of that number failed.
 pub const WRONG: u8 = 0xd0;
 
 /// The sweep finds the stacks by this module's name.
@@ -42,7 +42,7 @@ pub mod stack {
     pub static TWIN: Stack<196> = Stack::new();
     pub static LOW: Stack<196> = Stack::new();
     pub static DIRECTOR: Stack<208> = Stack::new();
-    /// Started by paths, and killed.
+    /// Paths start this task, and kill it.
     pub static GUEST: Stack<176> = Stack::new();
 }
 
@@ -52,28 +52,28 @@ pub struct Parcel(pub u8);
 const PARCELS_IN_ALL: usize = 8;
 kernel::pool!(Parcel, PARCELS_IN_ALL);
 
-/// Nobody waits for it: it stores.
+/// No task waits for it, so it stores its signals.
 pub static STORE: Semaphore = Semaphore::new(0);
 /// A task of priority 6 waits for it.
 pub static RACE: Semaphore = Semaphore::new(0);
-/// A task of priority 5 receives them.
+/// A task of priority 5 receives these.
 pub static PARCELS: Queue<Parcel> = Queue::new(4);
-/// Nobody receives them: it soon is full.
+/// No task receives these, so the queue is soon full.
 pub static NOTES: Queue<Parcel> = Queue::new(2);
-/// Nobody waits for them.
+/// No task waits for these.
 pub static SIGNS: EventFlags = EventFlags::new();
-/// A task of priority 4 waits for any of them.
+/// A task of priority 4 waits for any of these.
 pub static FLAGS: EventFlags = EventFlags::new();
-/// Nobody takes them but the audit.
+/// Only the audit takes these.
 pub static BYTES: Fifo<8> = Fifo::new();
-/// Likewise.
+/// Only the audit takes these, too.
 pub static PIPED: Pipe<8> = Pipe::new();
-/// All who lock it are at its ceiling or below.
+/// All tasks that lock it are at its ceiling or below.
 pub static TOTAL: Mutex<u16> = Mutex::new(Priority::P1, 0);
 /// A task above its ceiling locks it too.
 pub static BELOW: Mutex<u16> = Mutex::new(Priority::P4, 0);
 
-/// The one of [`FLAGS`] and of [`SIGNS`] that the external interrupt sets; a path has the others.
+/// The flag of [`FLAGS`] and of [`SIGNS`] that the external interrupt sets; paths use the others.
 pub const FLAG_OF_INTERRUPT: u8 = 1;
 
 static PRESSED: Semaphore = Semaphore::new(0);
@@ -82,7 +82,7 @@ static NAP: Semaphore = Semaphore::new(0);
 static QUIET: Semaphore = Semaphore::new(0);
 /// Wakes a higher task.
 static ALARM: Timer = Timer::new();
-/// Due with it, wakes a lower one.
+/// Due together with [`ALARM`], and wakes a lower task.
 static ECHO: Timer = Timer::new();
 static SPARE: Timer = Timer::new();
 
@@ -90,10 +90,10 @@ static SPARE: Timer = Timer::new();
 
 type Count = MaskedCell<u16>;
 
-/// Ticks that no path lasts.
+/// More ticks than any path takes.
 pub const FAR: Ticks = 1000;
 
-/// After so many ticks from its start, a path's timers are due.
+/// How many ticks after its start a path's timers are due.
 static UNTIL_DUE: MaskedCell<Ticks> = MaskedCell::new(0);
 
 static EXTERNAL: Count = Count::new(0);
@@ -106,7 +106,7 @@ static SENT: Count = Count::new(0);
 static RECEIVED: Count = Count::new(0);
 static FLAGS_SEEN: Count = Count::new(0);
 static NOTED: Count = Count::new(0);
-/// As the queue counts, since the start.
+/// The refused notes since the start, as the queue counts them.
 static REFUSED: Count = Count::new(0);
 
 fn count(context: &mut impl Context, count: &Count) {
@@ -119,7 +119,7 @@ fn read(task: &mut Task, count: &Count) -> u16 {
 
 // ---- Interrupts and what they wake ---------------------------------------------------------------
 
-/// The external interrupt: wakes tasks of all priorities, lowest first.
+/// The handler of the external interrupt: wakes tasks of all priorities, lowest first.
 pub fn external(interrupt: &mut Interrupt) {
     count(interrupt, &EXTERNAL);
     BYTES.put(interrupt, 1);
@@ -175,7 +175,7 @@ fn alarmed(task: &mut Task) -> Never {
     }
 }
 
-/// Waits for a signal from the external interrupt, or until it is due, at the same tick as [`ALARM`].
+/// Waits for a signal from the external interrupt, with a timeout at the same tick as [`ALARM`].
 fn napping(task: &mut Task) -> Never {
     loop {
         NAP.wait(task);
@@ -218,11 +218,11 @@ pub fn raced(context: &mut impl Context) {
 
 // ---- Tasks that a path sends about ---------------------------------------------------------------
 
-/// Sends the task of priority 4 about its part of the path.
+/// Starts the part of the path for the task of priority 4.
 pub static GO_MIDDLE: Semaphore = Semaphore::new(0);
-/// Sends the other task of priority 4.
+/// Starts the part of the other task of priority 4.
 pub static GO_TWIN: Semaphore = Semaphore::new(0);
-/// Sends the task of priority 6.
+/// Starts the part of the task of priority 6.
 pub static GO_LOW: Semaphore = Semaphore::new(0);
 
 static PATH: MaskedCell<u8> = MaskedCell::new(0);
@@ -240,8 +240,8 @@ fn errands(
     }
 }
 
-/// Starts all tasks. The director, which is the lowest, runs the paths; the others do their part of the path
-/// whose number they get.
+/// Starts all tasks. The director, which has the lowest priority, runs the paths; the others run their part
+/// of the path whose number they get.
 pub fn start_all(
     boot: &mut Boot,
     director: impl FnOnce(&mut Task) + Send + 'static,
@@ -267,16 +267,16 @@ pub fn start_all(
 
 // ---- Paths and the audit -------------------------------------------------------------------------
 
-/// What a path itself adds to what interrupts do.
+/// The effects of a path itself, in addition to those of interrupts.
 #[derive(Clone, Copy)]
 pub struct Did {
-    /// Signals it left in [`STORE`].
+    /// Signals that it left in [`STORE`].
     pub stored: i16,
-    /// Signals it gave to [`RACE`].
+    /// Signals that it gave to [`RACE`].
     pub raced: u16,
-    /// What it added to [`TOTAL`].
+    /// The amount that it added to [`TOTAL`].
     pub total: u16,
-    /// What it added to [`BELOW`].
+    /// The amount that it added to [`BELOW`].
     pub below: u16,
     /// Bytes it left in [`BYTES`].
     pub bytes: i16,
@@ -288,11 +288,11 @@ pub struct Did {
     pub notes: u16,
 }
 
-/// Nothing that interrupts do too.
+/// A path without effects on objects that interrupts use.
 pub const NOTHING: Did =
     Did { stored: 0, raced: 0, total: 0, below: 0, bytes: 0, piped: 0, flags: 0, notes: 0 };
 
-/// Runs path `number`, and audits what has become of everything.
+/// Runs path `number`, and audits all objects.
 #[inline(always)]
 pub fn path(task: &mut Task, number: u8, path: impl FnOnce(&mut Task) -> Did) {
     task.mask(|masked| PATH.set(masked, number));
@@ -302,14 +302,14 @@ pub fn path(task: &mut Task, number: u8, path: impl FnOnce(&mut Task) -> Did) {
     close(task, did);
 }
 
-/// Audits a path that was begun by [`open_at_boot`].
+/// Ends and audits a path that [`open_at_boot`] has begun.
 pub fn close(task: &mut Task, did: Did) {
     mark(CLOSED);
     audit(task, did);
     mark(AUDITED);
 }
 
-/// Begins path `number` before the kernel runs, so that the path is its start.
+/// Begins path `number` before the kernel runs, so that the path is the kernel's start.
 pub fn open_at_boot(boot: &mut Boot, number: u8) {
     prepare(boot, 1);
     mark(OPEN + number);
@@ -337,7 +337,7 @@ fn prepare(context: &mut impl ThreadContext, ticks: Ticks) {
     NAP.post(context);
 }
 
-/// Marks what is wrong. Nothing else runs meanwhile: all other tasks are higher, and wait.
+/// Makes a mark for each failed check. No other task runs meanwhile: all others are higher, and wait.
 #[inline(never)]
 fn audit(task: &mut Task, did: Did) {
     let external = read(task, &EXTERNAL);
@@ -359,7 +359,7 @@ fn audit(task: &mut Task, did: Did) {
     let refused = NOTES.refused(task);
     expect(task, 8, &REFUSED, refused);
 
-    QUIET.post(task); // rouses the napping task, if nothing has
+    QUIET.post(task); // rouses the napping task, unless it has been roused
     let roused = read(task, &ROUSED);
     let napped_out = read(task, &NAPPED_OUT);
     check(9, roused + napped_out == 1);

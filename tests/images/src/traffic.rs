@@ -1,5 +1,5 @@
-//! Messages of 16 bytes that carry their number in each byte: one MCU sends them, another counts those that
-//! come in turn.
+//! Messages of 16 bytes with their number in each byte: one MCU sends them, another counts those that come in
+//! order.
 
 use kernel::{Context, MaskedCell, Never, Task, Ticks};
 use tasks::mailbox::Mailbox;
@@ -7,13 +7,13 @@ use tasks::message::{Address, MAX_PAYLOAD, Message};
 use tasks::post_office::PostOffice;
 use tasks::router::Source;
 
-/// How many came in turn, and how many did not.
+/// How many messages came in order, and how many did not.
 pub struct Counts {
     pub in_turn: &'static MaskedCell<u16>,
     pub out_of_turn: &'static MaskedCell<u16>,
 }
 
-/// Sends as fast as `office` takes them; when it takes none, again after `rest`.
+/// Sends messages as fast as `office` takes them. When it takes none, tries again after `rest`.
 pub fn send(task: &mut Task, office: &PostOffice, to: Address, from: Address, rest: Ticks) -> Never {
     let mut number = 0u8;
     loop {
@@ -26,7 +26,7 @@ pub fn send(task: &mut Task, office: &PostOffice, to: Address, from: Address, re
     }
 }
 
-/// Counts what comes to `mailbox`.
+/// Counts the messages that come to `mailbox`.
 pub fn count(task: &mut Task, mailbox: &Mailbox, counts: Counts) -> Never {
     let mut number = 0u8;
     loop {

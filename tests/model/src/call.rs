@@ -1,14 +1,14 @@
-//! What tasks and interrupts do, as values: the kernel and the reference both act on them.
+//! The calls of tasks and interrupts, as values. The kernel and the reference both act on them.
 
 use kernel::{Elapsed, Priority, Refused, TaskState, Ticks};
 use serde::{Deserialize, Serialize};
 
 use crate::wire::{WirePriority, WireRefused, WireTaskState};
 
-/// Semaphores that a task waits for at once.
+/// How many semaphores a task waits for at once.
 pub const SEVERAL: usize = 3;
 
-/// Jobs that a task runs.
+/// How many jobs a task runs.
 pub const JOBS: usize = 2;
 
 /// Messages in the pool, for all queues together.
@@ -17,10 +17,10 @@ pub const BUFFERS: usize = 5;
 /// Space in the FIFO, in bytes.
 pub const FIFO_BYTES: usize = 3;
 
-/// The same of the pipe.
+/// Space in the pipe, in bytes.
 pub const PIPE_BYTES: usize = 2;
 
-/// A kernel call; the objects by their index in the setup.
+/// A kernel call. Objects are named by their index in the setup.
 #[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Call {
@@ -64,7 +64,7 @@ pub enum Call {
         semaphore: usize,
         ticks: Ticks,
     },
-    /// Takes a signal of one of these semaphores, among which one may be twice.
+    /// Takes a signal of one of these semaphores; the same one may be listed twice.
     WaitForSeveral {
         semaphores: [usize; SEVERAL],
     },
@@ -174,7 +174,7 @@ pub enum Call {
     WaitForPeriod,
 }
 
-/// What tasks wait for in line.
+/// An object with a queue of waiting tasks.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Object {
     Semaphore(usize),
@@ -187,18 +187,18 @@ pub enum Object {
     Space,
 }
 
-/// Calls that an image can do without where the flash is small, by a feature for each group.
+/// Groups of calls that an image can leave out where the flash is small, by a feature for each group.
 #[derive(Clone, Copy, PartialEq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Group {
-    /// Those of FIFOs and pipes; and whatever is called before the kernel runs.
+    /// Calls of FIFOs and pipes, and all calls before the kernel runs.
     Bytes,
     /// Waits for one of several semaphores, jobs, and event flags.
     Several,
 }
 
 impl Call {
-    /// The group that it is of.
+    /// The group that the call belongs to.
     pub fn group(self) -> Option<Group> {
         match self {
             Call::FifoPut(_)
@@ -233,7 +233,7 @@ impl Call {
         }
     }
 
-    /// What it waits for, if need be, in line with others.
+    /// The object that the call may wait for, in line with other tasks.
     pub fn awaits(self) -> Option<Object> {
         match self {
             Call::Wait { semaphore } | Call::WaitTimeout { semaphore, .. } => {
@@ -275,12 +275,12 @@ impl Call {
         }
     }
 
-    /// Whether a task that makes it has a mutex then, if it comes.
+    /// Whether the call takes a mutex, if it succeeds.
     pub fn locks(self) -> bool {
         matches!(self, Call::Lock { .. } | Call::TryLock { .. } | Call::LockTimeout { .. })
     }
 
-    /// Whether only a task can make it, and no job.
+    /// Whether only a task can make the call, but no job.
     pub fn needs_task(self) -> bool {
         self.awaits().is_some()
             || matches!(

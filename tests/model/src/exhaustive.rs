@@ -8,11 +8,11 @@ use crate::reference::Reference;
 use crate::step::{Handler, Interruption, Step};
 use crate::systems::System;
 
-/// All scripts of so many steps. They are told apart by which of the possible steps they take each time, and
-/// they come in the order of these numbers, as an odometer counts.
+/// All scripts of `length` steps. A script is given by the number of the possible step that it takes each
+/// time. Scripts come in the order of these numbers, as on an odometer.
 pub struct Exhaustive {
     length: usize,
-    /// All that can ever happen.
+    /// All steps that can ever happen.
     steps: Vec<Step>,
     /// Whether the tasks leave after each script, and come back for the next.
     is_left: bool,
@@ -37,8 +37,8 @@ impl Exhaustive {
         Self::of(system, length, calls.map(|&call| Step::Call(call, None)))
     }
 
-    /// The same, where an interrupt may occur inside of one call in each. To make a message and to send it
-    /// are two calls here.
+    /// The same, where an interrupt may occur inside of one call in each. Making a message and sending it are
+    /// two calls here.
     pub fn with_interruptions(system: &System, length: usize) -> Self {
         let calls = system.calls.iter().filter(|call| !matches!(call, Call::Send { .. }));
         Self::of(system, length, calls.flat_map(|&call| interrupted(system, call)))
@@ -65,12 +65,12 @@ impl Exhaustive {
         false
     }
 
-    /// After a run: whether there is a script for another.
+    /// Whether there is a script for another run after this one.
     pub fn wants_another_run(&mut self) -> bool {
         self.is_left && self.advance()
     }
 
-    /// What can happen in this state.
+    /// The steps that can happen in this state.
     fn possible_steps(&self, reference: &Reference) -> impl Iterator<Item = &Step> {
         self.steps.iter().filter(|step| match step {
             Step::Call(_, Some(_)) if self.has_interrupted => false,
@@ -99,7 +99,7 @@ impl Script for Exhaustive {
     }
 }
 
-/// More masked sections than the call has here, as a rule.
+/// An upper limit for the critical sections of the call here, as a rule.
 fn sections(call: Call) -> usize {
     match call {
         Call::WaitForSeveral { .. } => 20,
@@ -113,7 +113,7 @@ fn handlers(system: &System) -> impl Iterator<Item = Handler> {
     calls.chain(system.ticks.then_some(Handler::Tick(None)))
 }
 
-/// `call` with no interrupt, or one of every kind.
+/// `call` without an interrupt, and with one of every kind at each place.
 fn interrupted(system: &System, call: Call) -> impl Iterator<Item = Step> {
     let interruptions = (1..=sections(call))
         .flat_map(|after| handlers(system).map(move |handler| Interruption { after, handler, then: None }));

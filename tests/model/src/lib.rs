@@ -1,14 +1,14 @@
 //! The kernel against a plain reference, written from its documentation.
 //!
-//! From the inside out:
+//! The modules, from the inside out:
 //! - [`call`]: kernel calls and what they return, as values.
 //! - [`world`]: the kernel's objects, and how each call is made on them. The host test and the test image
 //!   share it.
 //! - [`wire`]: calls and outcomes as bytes, between the image and the harness.
 //! - [`mod@reference`]: what the kernel must do.
 //! - [`step`], [`random`], [`systems`] and [`exhaustive`]: scripts.
-//! - [`referee`]: holds a kernel that plays a script against the reference.
-//! - [`shorten`]: what remains of a script that disagrees.
+//! - [`referee`]: compares a kernel that plays a script with the reference.
+//! - [`shorten`]: reduces a script that disagrees to the steps that matter.
 //!
 //! The kernel plays on the host (`kernel/tests/model`) and in simavr (`tests/simavr/src/model`).
 

@@ -1,5 +1,5 @@
-//! Which tasks run, and which of them a call is killing: whoever starts a task that was killed frees its
-//! stack before, but not as long as the call that kills it is not over.
+//! Which tasks run, and which of them a call is killing. A caller that starts a killed task frees its stack
+//! first, but only once the call that kills it is over.
 
 use core::sync::atomic::AtomicBool;
 use core::sync::atomic::Ordering::Relaxed;
@@ -7,12 +7,12 @@ use core::sync::atomic::Ordering::Relaxed;
 use crate::call::Outcome;
 use crate::world::TASKS;
 
-/// Only who runs changes it, and an interrupt in between leaves what belongs to other tasks alone.
+/// Only the running task or interrupt changes it. An interrupt leaves the entries of other tasks alone.
 #[derive(Default)]
 pub struct Lives {
-    /// The tasks that run, or did until a call that is not over.
+    /// The tasks that run, or ran until a call that is not over yet.
     started: Tasks,
-    /// The tasks that calls are killing which are not over.
+    /// The tasks that are being killed by calls that are not over yet.
     dying: Tasks,
 }
 
@@ -53,7 +53,7 @@ impl Lives {
         self.started.set(id, false);
     }
 
-    /// Whether a call that is not over kills task `id`.
+    /// Whether a call that is not over yet kills task `id`.
     #[inline(never)]
     pub fn is_dying(&self, id: usize) -> bool {
         self.dying.has(id)
@@ -66,7 +66,7 @@ impl Lives {
         self.end_to_kill(id, was_dying, call())
     }
 
-    /// Makes a call by which task `id` kills itself: it comes back only where that is refused.
+    /// Makes a call by which task `id` kills itself. The call returns only if it is refused.
     #[inline(always)]
     pub fn ending(&self, id: usize, call: impl FnOnce() -> Outcome) -> Outcome {
         self.end(id);

@@ -1,4 +1,4 @@
-//! What messages carry.
+//! The payload of messages.
 
 pub struct Parcel(pub u8);
 
@@ -19,7 +19,7 @@ mod host {
     }
 
     impl Parcel {
-        /// Gives this thread's next run a pool of its own.
+        /// Gives the next run on this thread a new pool.
         pub fn renew_pool() {
             let buffers: &[Slot<Parcel>] = Box::leak(Box::new([const { Slot::new() }; BUFFERS]));
             POOL.set(Some(Box::leak(Box::new(Pool::new(buffers)))));

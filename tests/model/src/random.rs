@@ -1,4 +1,4 @@
-//! Scripts drawn by lot.
+//! Random scripts.
 
 use std::{array, iter};
 
@@ -17,8 +17,8 @@ use Priority::{P0, P1, P2, P3, P4, P5, P6, P7};
 const PRIORITIES: [Priority; 8] = [P0, P1, P2, P3, P4, P5, P6, P7];
 
 impl Setup {
-    /// Up to so many tasks, many of them equals, and few objects, so that tasks meet there; `without` some
-    /// calls.
+    /// A random setup of up to `tasks` tasks, many of equal priority, and few objects, so that tasks meet
+    /// there. It lacks the calls of `without`.
     pub fn random(rng: &mut Rng, tasks: usize, without: Option<Group>) -> Self {
         let highest = rng.usize(0..PRIORITIES.len());
         let lowest = rng.usize(highest..PRIORITIES.len());
@@ -32,7 +32,7 @@ impl Setup {
             jobs: several(rng, 2, JOBS_IN_ALL, |rng| rng.usize(..semaphores.len())),
             priorities,
             semaphores,
-            // Some lower than tasks that lock it.
+            // Some ceilings are lower than tasks that lock the mutex.
             ceilings: several(rng, 1, MUTEXES, |rng| {
                 PRIORITIES[rng.usize(highest.saturating_sub(1)..=lowest)]
             }),
@@ -47,24 +47,24 @@ impl Setup {
     }
 }
 
-/// Draws how far into a call an interrupt comes, in the unit of [`Interruption::after`].
+/// Draws how far inside of a call an interrupt comes, in the unit of [`Interruption::after`].
 pub type Reach = fn(&mut Rng) -> usize;
 
-/// Masked sections of most calls.
+/// A number of critical sections that most calls have.
 pub fn sections(rng: &mut Rng) -> usize {
     rng.usize(1..10)
 }
 
-/// Cycles of most calls; the nearer the more often.
+/// A number of cycles that most calls take; small numbers are more frequent.
 pub fn cycles(rng: &mut Rng) -> usize {
     let most = 1000 >> rng.u8(..4);
     rng.usize(..most)
 }
 
-/// A number of steps drawn by lot. Each script does without some calls, so that others meet more often.
+/// A script of random steps. Each script leaves out some calls, so that the others meet more often.
 pub struct Random {
     rng: Rng,
-    /// Which it has: of a task's, of a thread's, of anybody's.
+    /// The calls that the script has, a bit each: of a task's, of a thread's, of any context's.
     of_task: u32,
     of_thread: u32,
     of_any: u32,
@@ -79,7 +79,7 @@ impl Random {
         Random { rng, of_task, of_thread, of_any, setup, left: steps, reach }
     }
 
-    /// What the running task does next.
+    /// The next call of the running task.
     fn call(&mut self, reference: &Reference) -> Call {
         match reference.way_out() {
             Some(Call::EndJob) if self.rng.u8(..4) > 0 => self.call_of_thread(),
@@ -88,7 +88,7 @@ impl Random {
         }
     }
 
-    /// One of the calls that the setup has.
+    /// Draws until the setup has the call.
     fn one_that_is_there(&mut self, mut draw: impl FnMut(&mut Self) -> Call) -> Call {
         loop {
             let call = draw(self);
@@ -111,7 +111,7 @@ impl Random {
             9 => Call::ReceiveTimeout { queue, ticks: self.ticks() },
             10 => Call::DropMessages,
             11 => Call::Yield,
-            12 => Call::Delay(self.ticks().min(LONGEST)), // longer ones come in two parts
+            12 => Call::Delay(self.ticks().min(LONGEST)), // the kernel splits a longer delay into two
             13 => Call::DelayUntil(reference.ticks().wrapping_add(self.ticks())),
             14 => Call::StartPeriod(self.rng.u16(..5)),
             15 => Call::WaitForPeriod,
@@ -200,17 +200,17 @@ impl Random {
         self.rng.usize(..self.setup.priorities.len())
     }
 
-    /// One that a task has at the start.
+    /// A priority that a task has at the start.
     fn priority(&mut self) -> Priority {
         *one_of(&mut self.rng, &self.setup.priorities)
     }
 
-    /// Seldom more than one or two flags.
+    /// Rarely more than one or two flags.
     fn flags(&mut self) -> u8 {
         self.rng.u8(..) & self.rng.u8(..) & self.rng.u8(..)
     }
 
-    /// Mostly so few that deadlines meet.
+    /// Mostly few ticks, so that deadlines coincide.
     fn ticks(&mut self) -> Ticks {
         match self.rng.u16(..2000) {
             0 => LONGEST,
@@ -220,7 +220,7 @@ impl Random {
         }
     }
 
-    /// What an interrupt does.
+    /// The actions of an interrupt.
     pub fn handler(&mut self) -> Handler {
         if self.rng.u8(..4) == 0 {
             return self.tick();
@@ -229,7 +229,7 @@ impl Random {
         Handler::Calls((0..number).map(|_| self.one_that_is_there(Self::call_of_any)).collect())
     }
 
-    /// Another interrupt comes inside of half of all.
+    /// A tick. Inside of half of them another interrupt comes.
     fn tick(&mut self) -> Handler {
         if self.rng.bool() {
             return Handler::Tick(None);
@@ -238,16 +238,16 @@ impl Random {
         Handler::Tick(Some(Box::new(interruption)))
     }
 
-    /// Interrupts half of all calls.
+    /// An interrupt inside of `call`, for half of all calls.
     fn interruption_into(&mut self, call: Call) -> Option<Interruption> {
-        // This one is two calls of the kernel.
+        // `Send` makes two calls of the kernel.
         if matches!(call, Call::Send { .. }) || self.rng.bool() {
             return None;
         }
         Some(self.interruption())
     }
 
-    /// Every third is followed by another.
+    /// An interrupt. Every third is followed by another one.
     fn interruption(&mut self) -> Interruption {
         let then = self.rng.u8(..3) == 0;
         Interruption {
@@ -270,7 +270,7 @@ impl Script for Random {
             return Some(Step::Call(call, self.interruption_into(call)));
         }
         Some(match self.rng.u16(..4000) {
-            // So long that the clock wraps.
+            // Long enough for the clock to wrap.
             0 => Step::Silence(u16::MAX),
             1..2000 => Step::Interrupt(self.tick()),
             _ => Step::Interrupt(self.handler()),
@@ -278,7 +278,7 @@ impl Script for Random {
     }
 }
 
-/// A number below `end` whose bit is set in `those`; the last is always among them.
+/// A random number below `end` whose bit is set in `those`. The last number is always possible.
 fn draw(rng: &mut Rng, those: u32, end: u8) -> u8 {
     loop {
         let number = rng.u8(..end);

@@ -1,5 +1,5 @@
-//! Holds a kernel that plays a script against the reference: who runs and what each call returns must be the
-//! same at every step.
+//! Compares a kernel that plays a script with the reference: the running task and the result of each call
+//! must be the same at every step.
 
 use std::fmt;
 
@@ -8,24 +8,25 @@ use crate::reference::{Reference, TaskId};
 use crate::setup::Setup;
 use crate::step::Step;
 
-/// Says what happens.
+/// A source of steps.
 pub trait Script: 'static {
-    /// What happens next; `None` at the end.
+    /// The next step; `None` at the end.
     fn next(&mut self, reference: &Reference) -> Option<Step>;
 
-    /// After the end, when the objects are empty and the tasks have left: whether they come back for more.
+    /// Whether the tasks come back for more after the end, when the objects are empty and the tasks have
+    /// left.
     fn goes_on(&mut self) -> bool {
         false
     }
 }
 
-/// Who did what, in order; `None` while no task ran.
+/// The steps in order, each with the task that ran; `None` while no task ran.
 type History = Vec<(Option<TaskId>, Step)>;
 
-/// What the kernel did otherwise than the reference.
+/// How the kernel differed from the reference.
 pub type Complaint = String;
 
-/// The kernel did something else than the reference.
+/// A script for which the kernel differed from the reference.
 pub struct Disagreement {
     setup: Setup,
     history: History,
@@ -33,7 +34,7 @@ pub struct Disagreement {
 }
 
 impl Disagreement {
-    /// What happened until then.
+    /// The steps up to the difference.
     pub fn steps(&self) -> impl Iterator<Item = &Step> {
         self.history.iter().map(|(_, step)| step)
     }
@@ -52,56 +53,56 @@ impl fmt::Display for Disagreement {
     }
 }
 
-/// The numbers of ways in which things may have stood where the last interrupt came inside of a call, a bit
-/// each.
+/// A set of states, a bit each: those that may have held where the last interrupt came inside of a call.
 pub type Ways = u128;
 
 /// A script that was played to its end.
 pub struct Played {
     setup: Setup,
     history: History,
-    /// How many steps are the script's.
+    /// How many steps came from the script.
     scripted: usize,
     /// How many calls agreed.
     pub calls: u64,
-    /// The ways with which all agrees.
+    /// The states with which everything agrees.
     pub ways: Ways,
 }
 
 impl Played {
-    /// The steps that came, without those of the leftover.
+    /// The steps played, without those that empty the objects at the end.
     pub fn steps(&self) -> impl Iterator<Item = &Step> {
         self.history.iter().map(|(_, step)| step).take(self.scripted)
     }
 
-    /// All agrees, but not with what was played before.
+    /// A disagreement of a script that agrees in itself, but not with one played before.
     pub fn disagree(self, what: Complaint) -> Box<Disagreement> {
         let Played { setup, history, .. } = self;
         Box::new(Disagreement { setup, history, what })
     }
 }
 
-/// How things may stand.
+/// A possible state.
 struct Possible {
     reference: Reference,
     ways: Ways,
 }
 
-/// A script on its way, with how things may stand.
+/// A script in progress, with the states that are possible.
 pub struct Referee<S> {
-    /// One, unless an interrupt has come inside of a call: until it shows which came first, all that may be.
+    /// The possible states: one, unless an interrupt has come inside of a call. Then there are several until
+    /// the outcome decides which came first.
     possible: Vec<Possible>,
     setup: Setup,
     script: S,
     is_over: bool,
     history: History,
-    /// How many steps are the script's.
+    /// How many steps came from the script.
     scripted: usize,
     calls: u64,
 }
 
 impl<S: Script> Referee<S> {
-    /// At the start of a kernel with the objects of `setup`.
+    /// A referee at the start of a kernel with the objects of `setup`.
     pub fn new(setup: &Setup, script: S) -> Self {
         Referee {
             possible: vec![Possible { reference: Reference::new(setup), ways: 1 }],
@@ -114,7 +115,7 @@ impl<S: Script> Referee<S> {
         }
     }
 
-    /// The script, and what was played; or what did not agree.
+    /// Returns the script, and what was played or how it disagreed.
     pub fn finish(self, result: Result<(), Complaint>) -> (S, Result<Played, Box<Disagreement>>) {
         let Referee { possible, setup, script, history, scripted, calls, .. } = self;
         let result = match result {
@@ -130,15 +131,16 @@ impl<S: Script> Referee<S> {
         (script, result)
     }
 
-    /// Whether a task may run, as far as the reference goes.
+    /// Whether a task may run, according to the reference.
     pub fn may_run(&self) -> bool {
         self.possible.iter().any(|possible| possible.reference.running().is_some())
     }
 
-    /// The next step of the one who runs: what the script says, and after its end, what is left to do.
+    /// The next step of the running task, or of the idle MCU: from the script, and after its end a step that
+    /// empties an object or ends a wait.
     ///
     /// # Errors
-    /// Another should run.
+    /// Another task should run.
     pub fn next(&mut self, who: Option<TaskId>) -> Result<Option<Step>, Complaint> {
         self.expect_running(who)?;
         let step = self.step(who);
@@ -176,7 +178,7 @@ impl<S: Script> Referee<S> {
     /// A task's call has returned.
     ///
     /// # Errors
-    /// Another should run, or it should have returned something else.
+    /// Another task should run, or the call should have returned something else.
     pub fn returned(&mut self, id: TaskId, outcome: Outcome) -> Result<(), Complaint> {
         self.calls += 1;
         self.expect_running(Some(id))?;
@@ -198,7 +200,7 @@ impl<S: Script> Referee<S> {
         })
     }
 
-    /// Settles what the running task does.
+    /// Completes the running task's actions in the reference.
     ///
     /// # Errors
     /// Another task than `who` runs then.
@@ -210,15 +212,16 @@ impl<S: Script> Referee<S> {
         })
     }
 
-    /// An interrupt is about to be handled, where things may stand in any of the `ways`.
+    /// Replaces each possible state by the states in which an interrupt that is about to be handled may find
+    /// it.
     ///
     /// # Errors
-    /// There are none.
+    /// There is no such state.
     pub fn branch(&mut self, ways: impl Fn(&Reference) -> Vec<Reference>) -> Result<(), Complaint> {
         let numbered = |possible: &Possible| {
             let ways = ways(&possible.reference);
             let is_at_rest = ways.len() == 1;
-            // More ways than bits would share the last.
+            // If there are more states than bits, the rest share the last bit.
             let number = |(number, reference): (usize, _)| Possible {
                 reference,
                 ways: if is_at_rest { possible.ways } else { 1 << number.min(127) },
@@ -233,7 +236,7 @@ impl<S: Script> Referee<S> {
         Ok(())
     }
 
-    /// Does the same to all references.
+    /// Applies `act` to all possible references.
     pub fn each(&mut self, mut act: impl FnMut(&mut Reference)) {
         self.possible.iter_mut().for_each(|possible| act(&mut possible.reference));
     }
@@ -241,7 +244,7 @@ impl<S: Script> Referee<S> {
     /// Lets the tasks come back, if the script has more for them. Returns whether it has.
     ///
     /// # Errors
-    /// Some have not left.
+    /// Some tasks have not left.
     pub fn comes_back(&mut self) -> Result<bool, Complaint> {
         if !self.script.goes_on() {
             return Ok(false);

@@ -1,4 +1,4 @@
-//! The objects of a run, and what is called before the kernel runs.
+//! The objects of a run, and the calls before the kernel runs.
 
 use std::array;
 
@@ -9,27 +9,27 @@ use crate::world::{Arrangement, MUTEXES, QUEUES, SEMAPHORES};
 
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// A task for each.
+    /// A task for each priority.
     pub priorities: Vec<Priority>,
-    /// So many of them are started before the kernel runs.
+    /// How many of the tasks are started before the kernel runs.
     pub started: usize,
-    /// A semaphore for each, with so many signals in store.
+    /// A semaphore for each number, with so many signals in store.
     pub semaphores: Vec<u8>,
-    /// A mutex for each, with this ceiling.
+    /// A mutex for each ceiling.
     pub ceilings: Vec<Priority>,
-    /// A queue for each, with so much room.
+    /// A queue for each number, with room for so many messages.
     pub rooms: Vec<u8>,
     pub timers: usize,
-    /// A job for each, for the signals of this semaphore.
+    /// A job for each semaphore in the list, which may be listed several times.
     pub jobs: Vec<usize>,
-    /// Calls that nobody makes.
+    /// Calls that are left out.
     pub without: Option<Group>,
-    /// What is called once these tasks are started, before the kernel runs.
+    /// The calls after the tasks are started, before the kernel runs.
     pub boot: Vec<Call>,
 }
 
 impl Setup {
-    /// The objects, those that the setup has no use for among them.
+    /// The objects, including those that the setup does not use.
     pub fn arrangement(&self) -> Arrangement {
         let ceilings: [u8; MUTEXES] = padded(self.ceilings.iter().map(|&ceiling| ceiling as u8));
         Arrangement {
@@ -42,12 +42,12 @@ impl Setup {
         }
     }
 
-    /// Whether this call is made.
+    /// Whether this call may be made.
     pub fn has(&self, call: Call) -> bool {
         call.group().is_none_or(|group| self.without != Some(group))
     }
 
-    /// A call for everything that an interrupt can find out.
+    /// A call for each value that an interrupt can read.
     pub fn all_observations(&self) -> Vec<Call> {
         let semaphores = (0..self.semaphores.len()).map(|semaphore| Call::TryWait { semaphore });
         let queues =

@@ -1,4 +1,4 @@
-//! What remains of a script that disagrees, without what does not matter.
+//! Reduces a script that disagrees to the steps that matter.
 
 use std::{iter, vec};
 
@@ -6,7 +6,7 @@ use crate::referee::{Disagreement, Played, Script};
 use crate::reference::Reference;
 use crate::step::{Handler, Interruption, Step};
 
-/// The steps of a script, as far as they are possible where they come.
+/// The steps of a script; a step that is not possible where it comes is skipped.
 pub struct Replay(vec::IntoIter<Step>);
 
 impl Replay {
@@ -25,8 +25,7 @@ impl Script for Replay {
     }
 }
 
-/// Leaves out steps and parts of steps, as long as something disagrees without them: `play` plays what
-/// remains.
+/// Leaves out steps and parts of steps, as long as the rest still disagrees. `play` plays the rest.
 pub fn shorten(
     disagreement: Box<Disagreement>,
     play: impl FnMut(Replay) -> Result<Played, Box<Disagreement>>,
@@ -53,7 +52,7 @@ impl<P: FnMut(Replay) -> Result<Played, Box<Disagreement>>> Shortest<P> {
         self.disagreement.steps().cloned().collect()
     }
 
-    /// Whether `steps` disagree too, and so are the shortest now.
+    /// Plays `steps`. If they disagree too, they become the shortest script. Returns whether they did.
     fn becomes(&mut self, steps: Vec<Step>) -> bool {
         match (self.play)(Replay::new(steps)) {
             Err(other) if size(other.steps()) < size(self.disagreement.steps()) => {
@@ -64,7 +63,7 @@ impl<P: FnMut(Replay) -> Result<Played, Box<Disagreement>>> Shortest<P> {
         }
     }
 
-    /// Leaves out halves, then quarters, and so on down to single steps.
+    /// Leaves out the whole, then halves, quarters and so on, down to single steps.
     fn leave_out_steps(&mut self) {
         let lengths = iter::successors(Some(self.steps().len()), |length| Some(length / 2));
         for length in lengths.take_while(|&length| length > 0) {
@@ -126,7 +125,7 @@ fn simpler(step: &Step) -> Vec<Step> {
     }
 }
 
-/// None, those with a simpler handler, and those with less behind them.
+/// No interruption, interruptions with a simpler handler, and those with fewer others after them.
 fn simpler_interruptions(interruption: &Interruption) -> Vec<Option<Interruption>> {
     let handlers = simpler_handlers(&interruption.handler).into_iter();
     let with_handler = handlers.map(|handler| Some(Interruption { handler, ..interruption.clone() }));
@@ -135,7 +134,7 @@ fn simpler_interruptions(interruption: &Interruption) -> Vec<Option<Interruption
     iter::once(None).chain(with_handler).chain(with_then).collect()
 }
 
-/// Those with a call less.
+/// Handlers with one call less.
 fn simpler_handlers(handler: &Handler) -> Vec<Handler> {
     let calls = match handler {
         Handler::Calls(calls) => calls,

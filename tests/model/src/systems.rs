@@ -1,19 +1,19 @@
-//! Small systems of three tasks, of which every sequence of calls is played.
+//! Small systems of three tasks. Every sequence of their calls is played.
 
 use kernel::Priority;
 
 use crate::call::Call;
 use crate::setup::Setup;
 
-/// A system and what can happen in it.
+/// A system, and the calls and interrupts that can happen in it.
 pub struct System {
     pub setup: Setup,
     pub calls: &'static [Call],
-    /// Each the one call of a handler.
+    /// The calls of interrupts; each handler makes one of them.
     pub of_interrupts: &'static [Call],
     /// Whether there are ticks.
     pub ticks: bool,
-    /// Whether tasks may end, or never come to an end: then each sequence has a kernel of its own.
+    /// Whether tasks may end, or may wait for ever. Then each sequence has a kernel of its own.
     pub is_left: bool,
 }
 
@@ -47,7 +47,7 @@ pub fn messages(priorities: [Priority; 3], ceiling: Priority) -> System {
     }
 }
 
-/// Waits for several semaphores, of which one is there twice.
+/// Waits for several semaphores, of which one is listed twice.
 pub fn several(priorities: [Priority; 3], ceiling: Priority) -> System {
     System {
         setup: setup(priorities, ceiling),
@@ -89,7 +89,7 @@ pub fn timeouts(priorities: [Priority; 3], ceiling: Priority) -> System {
     }
 }
 
-/// A pipe with two places.
+/// A pipe with space for two bytes.
 pub fn pipe(priorities: [Priority; 3], ceiling: Priority) -> System {
     System {
         setup: setup(priorities, ceiling),
@@ -131,7 +131,7 @@ pub fn jobs(priorities: [Priority; 3], ceiling: Priority) -> System {
     }
 }
 
-/// Tasks that suspend, resume, kill, start each other and themselves, and change priorities.
+/// Tasks that suspend, resume, kill and start each other and themselves, and change priorities.
 pub fn control(priorities: [Priority; 3], ceiling: Priority) -> System {
     System {
         setup: setup(priorities, ceiling),

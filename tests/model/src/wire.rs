@@ -12,21 +12,21 @@ pub const COMMAND_BYTES: usize = 8;
 /// The longest reply, in bytes.
 pub const REPLY_BYTES: usize = 5;
 
-/// What an arrangement takes, in bytes.
+/// The size of an arrangement, in bytes.
 pub const ARRANGEMENT_BYTES: usize = 18;
 
-/// What the harness tells a task, a handler, or who starts the tasks.
+/// A command of the harness to a task, a handler, or the code that starts the tasks.
 #[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Command {
-    /// There is no more to call. Also where nobody wrote a command.
+    /// There are no more calls. It is also the value of a mailbox without a command.
     Leave,
-    /// Ask again: an interrupt came instead of a call.
+    /// Ask again, because an interrupt came instead of a call.
     Ask,
     Call(Call),
 }
 
-/// What a task or a handler tells the harness as it asks for the next command.
+/// The reply of a task or a handler to the harness as it asks for the next command.
 #[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]
 pub enum Reply {
@@ -53,7 +53,7 @@ macro_rules! on_the_wire {
                 encode(self)
             }
 
-            /// The value that `bytes` begin with; `None` if they are none.
+            /// The value at the start of `bytes`; `None` if there is none.
             #[inline(never)]
             pub fn of_bytes(bytes: &[u8; $bytes]) -> Option<Self> {
                 postcard::from_bytes(bytes).ok()
@@ -66,7 +66,7 @@ on_the_wire!(Command, COMMAND_BYTES);
 on_the_wire!(Reply, REPLY_BYTES);
 on_the_wire!(Arrangement, ARRANGEMENT_BYTES);
 
-// The kernel's own types, for `serde` to know.
+// Mirrors of the kernel's own types, for `serde`.
 
 #[derive(Serialize, Deserialize)]
 #[serde(remote = "Priority")]

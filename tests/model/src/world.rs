@@ -1,4 +1,4 @@
-//! The kernel's own objects, and the calls made on them.
+//! The kernel's objects, and the calls on them.
 
 use core::array;
 
@@ -20,18 +20,18 @@ pub const QUEUES: usize = 2;
 pub const TIMERS: usize = 3;
 pub const JOBS_IN_ALL: usize = 4;
 
-/// The objects with their beginnings.
+/// The initial values of the objects.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Arrangement {
-    /// Of each task.
+    /// The priority of each task.
     pub priorities: [u8; TASKS],
-    /// So many tasks are started before the kernel runs.
+    /// How many tasks are started before the kernel runs.
     pub started: u8,
-    /// The signals in store.
+    /// The signals in store of each semaphore.
     pub semaphores: [u8; SEMAPHORES],
-    /// Of each mutex, a priority.
+    /// The ceiling of each mutex, a priority.
     pub ceilings: [u8; MUTEXES],
-    /// Of each queue.
+    /// The room of each queue.
     pub rooms: [u8; QUEUES],
     /// The semaphore of each job.
     pub jobs: [u8; JOBS_IN_ALL],
@@ -50,7 +50,7 @@ pub struct World {
     timers: [Timer; TIMERS],
 }
 
-/// What a task keeps from call to call.
+/// The values that a task keeps from call to call.
 #[derive(Default)]
 pub struct Belongings {
     made: Option<Message<Parcel>>,
@@ -79,7 +79,7 @@ impl World {
         arrangement.semaphores.map(Semaphore::new)
     }
 
-    /// The other objects. Job `n` does `bodies[n]`.
+    /// The other objects. Job `n` runs `bodies[n]`.
     pub fn new(
         arrangement: &Arrangement,
         tasks: &'static [TaskHandle],
@@ -106,7 +106,7 @@ impl World {
         task.run_jobs(&jobs.map(|job| &self.jobs[job]))
     }
 
-    /// The call of a task that has a mutex then, unless this tells what it returns.
+    /// Makes a task's call that takes a mutex. Returns the guard, or the outcome if the call takes none.
     pub fn lock<'a>(&'static self, task: &'a mut Task, call: Call) -> Result<Guard<'a, u8>, Outcome> {
         match call {
             Call::Lock { mutex } => Ok(self.mutexes[mutex].lock(task)),
@@ -118,8 +118,8 @@ impl World {
         }
     }
 
-    /// A task's call. Those that [lock](Self::lock) and `Unlock` are not among them, the ends of a guard's
-    /// life; nor are `RunJobs`, `EndJob` and `Exit`, which may not return.
+    /// A task's call. It does not handle the calls that [lock](Self::lock) and `Unlock`, at which a guard's
+    /// life begins and ends, nor `RunJobs`, `EndJob` and `Exit`, which may not return.
     #[inline(never)]
     pub fn call_of_task(&'static self, task: &mut Task, own: &mut Belongings, call: Call) -> Outcome {
         match call {
@@ -183,19 +183,19 @@ impl World {
         self.call_of_thread(job, own, call)
     }
 
-    /// A call before there are tasks, which drops at once what it receives.
+    /// A call before there are tasks. It drops a received message at once.
     #[inline(never)]
     pub fn call_of_boot(&'static self, boot: &mut Boot, call: Call) -> Outcome {
         self.call_of_thread(boot, &mut Belongings::default(), call)
     }
 
-    /// A call of a handler, which drops at once what it receives.
+    /// A call of a handler. It drops a received message at once.
     #[inline(never)]
     pub fn call_of_interrupt(&'static self, interrupt: &mut Interrupt, call: Call) -> Outcome {
         self.call_of_any(interrupt, &mut Belongings::default(), call)
     }
 
-    /// What a task, a job and who starts the tasks do alike.
+    /// A call that a task, a job and the code that starts the tasks may make.
     fn call_of_thread(
         &'static self,
         context: &mut impl ThreadContext,
@@ -228,7 +228,7 @@ impl World {
             Call::Suspend { task } => self.tasks[task].suspend(context).into(),
             Call::SetPriority { task, priority } => self.tasks[task].set_priority(context, priority).into(),
             Call::State { task } => Outcome::State(match self.tasks[task].state(context) {
-                // Whoever starts it frees its stack before.
+                // A caller that starts the task frees its stack first.
                 TaskState::Killed => TaskState::NotStarted,
                 state => state,
             }),
@@ -237,7 +237,7 @@ impl World {
         }
     }
 
-    /// Anybody's call.
+    /// A call that any context may make.
     fn call_of_any(&'static self, context: &mut impl Context, own: &mut Belongings, call: Call) -> Outcome {
         match call {
             Call::Post { semaphore } => self.semaphores[semaphore].post(context).into(),

@@ -1,4 +1,4 @@
-//! The three behaviours in turns: what [`hormone::task`] does as tasks.
+//! The three behaviours as turns of the loop; [`hormone::task`] runs them as tasks.
 
 use hormone::behaviours::AdaptiveCommunication;
 use hormone::behaviours::hormone::Behaviour;
@@ -25,8 +25,8 @@ impl Neighbours {
         Neighbours { mailbox, api, state }
     }
 
-    /// Takes a message, if there is one, and does what it is time for. Returns when it has another turn
-    /// though nothing is posted.
+    /// Takes a message, if there is one, and does what is due. Returns the time of the next turn if nothing
+    /// is posted before.
     #[inline(never)] // its stack is needed here alone
     pub fn turn(&mut self, task: &mut Task) -> Option<Ticks> {
         let time = now(task);
@@ -37,7 +37,7 @@ impl Neighbours {
         Some(time.wrapping_add(self.state.next_due(time)))
     }
 
-    /// HORMONE expects these beats.
+    /// Tells AC_RECV the beats that HORMONE expects.
     pub fn expect(&mut self, beats: Option<Beats>) {
         self.state.expect(beats);
     }
@@ -71,8 +71,8 @@ impl Hormones {
         Hormones { mailbox, status, api, state, malformed: 0 }
     }
 
-    /// Takes a message, if there is one, and does what it is time for. `unread` messages were not for AC_RECV
-    /// to read. Returns when it has another turn though nothing is posted.
+    /// Takes a message, if there is one, and does what is due. `unread` is the number of messages that
+    /// AC_RECV could not read. Returns the time of the next turn if nothing is posted before.
     #[inline(never)] // its stack is needed here alone
     pub fn turn(&mut self, task: &mut Task, unread: u16) -> Option<Ticks> {
         let time = now(task);
@@ -87,7 +87,7 @@ impl Hormones {
         Some(time.wrapping_add(self.state.next_due(time).min(ALIVE)))
     }
 
-    /// The beats around now; `None` where none is awaited.
+    /// The beats around now; `None` if none is awaited.
     pub fn beats(&self) -> Option<Beats> {
         self.state.controller().beats()
     }

@@ -1,5 +1,5 @@
-//! The bridge and the devices in turns: what [`tasks::bridge::task`] and [`tasks::devices::task`] do as
-//! tasks.
+//! The bridge and the devices as turns of the loop; [`tasks::bridge::task`] and [`tasks::devices::task`] run
+//! them as tasks.
 
 use board::twi::Interface;
 use kernel::{Task, Ticks, now};
@@ -25,7 +25,7 @@ impl Bridging {
         Bridging { bridge, bus, office, crossing: Crossing::new() }
     }
 
-    /// Has its turn. Returns when it has another though nothing is posted.
+    /// Takes its turn and returns the time of the next one if nothing is posted before.
     #[inline(never)] // its stack is needed here alone
     pub fn turn(&mut self, task: &mut Task) -> Option<Ticks> {
         let left = self.crossing.turn(task, self.bridge, &mut self.bus, self.office)?;
@@ -42,7 +42,7 @@ pub struct Serving<P, const N: usize> {
 }
 
 impl<P: Peripherals, const N: usize> Serving<P, N> {
-    /// The devices of `board`, asked at `mailbox`.
+    /// The devices of `board`, with requests in `mailbox`.
     pub fn new(
         task: &mut Task,
         mailbox: &'static Mailbox,
@@ -54,7 +54,7 @@ impl<P: Peripherals, const N: usize> Serving<P, N> {
         Serving { mailbox, board, desk, devices }
     }
 
-    /// Has its turn. Returns when it has another though nothing is posted.
+    /// Takes its turn and returns the time of the next one if nothing is posted before.
     #[inline(never)] // its stack is needed here alone
     pub fn turn(&mut self, task: &mut Task) -> Option<Ticks> {
         let left = self.desk.turn(task, self.mailbox, &mut self.board, &mut self.devices);

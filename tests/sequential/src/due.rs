@@ -1,8 +1,8 @@
-//! What in the loop is due: after a signal, or at its time.
+//! The parts of the loop that are due, after a signal or at a time.
 
 use kernel::{Context, LONGEST, Semaphore, Ticks, is_reached};
 
-/// A part of the loop that has its turns, or a signal for one: a bit each.
+/// A set of parts of the loop that get turns, and of signals for such parts, a bit each.
 #[derive(Clone, Copy)]
 pub struct Parts(u16);
 
@@ -11,7 +11,7 @@ impl Parts {
     /// The joints' control.
     pub const JOINTS: Parts = Parts(1 << 0);
     pub const BRIDGE: Parts = Parts(1 << 1);
-    /// The sending halves of the docks, by their places.
+    /// The sending halves of the docks, by their index.
     pub const SENDING0: Parts = Parts(1 << 2);
     pub const SENDING1: Parts = Parts(1 << 3);
     pub const SENDING2: Parts = Parts(1 << 4);
@@ -20,7 +20,7 @@ impl Parts {
     pub const HORMONES: Parts = Parts(1 << 7);
     #[cfg(feature = "trial")]
     pub const TRIAL: Parts = Parts(1 << 8);
-    /// The parts above have times.
+    /// The number of parts above, which have times.
     const TIMES: usize = if cfg!(feature = "trial") { 9 } else { 8 };
     /// Something has come in at a dock.
     pub const RECEIVED: Parts = Parts(1 << 9);
@@ -35,7 +35,7 @@ impl Parts {
     #[cfg(feature = "trial")]
     pub const EDGE: Parts = Parts(1 << 15);
 
-    /// These, and `part` if its `signal` is posted, which is taken.
+    /// These, and `part` if its `signal` is posted. Takes the signal.
     #[inline(always)] // so that the addresses are known
     pub fn with(self, part: Parts, signal: &Semaphore, context: &mut impl Context) -> Parts {
         self.and_if(part, signal.try_wait(context))
@@ -66,20 +66,20 @@ impl Parts {
     }
 }
 
-/// When parts have their turns though nothing was posted.
+/// When parts get their turns even if nothing is posted.
 pub struct Times {
     times: [Option<Ticks>; Parts::TIMES],
-    /// None of them is before it.
+    /// No time in `times` is before this one.
     pub next: Ticks,
 }
 
 impl Times {
-    /// Parts that are to begin at `now`.
+    /// Times at which all parts are due at `now`.
     pub const fn new(now: Ticks) -> Self {
         Times { times: [Some(now); Parts::TIMES], next: now }
     }
 
-    /// The turn of this one is next at that time.
+    /// Sets the time of the next turn of `part`.
     #[inline(always)]
     pub fn set(&mut self, part: Parts, at: Option<Ticks>) {
         if let Some(time) = self.times.get_mut(part.0.trailing_zeros() as usize) {

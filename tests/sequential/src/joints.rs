@@ -1,4 +1,4 @@
-//! The joints' control in turns: what [`tasks::motor::task`] does as a task.
+//! The joints' control as turns of the loop; [`tasks::motor::task`] runs it as a task.
 
 use kernel::{Semaphore, Task, Ticks, is_reached, now};
 use tasks::device::JointMotors;
@@ -6,16 +6,16 @@ use tasks::motor::joint::Joint;
 use tasks::motor::joints::{Awaited, Joints, WATCH};
 use tasks::motor::task::{Here, Motors};
 
-/// Joints, and what drives and measures them.
+/// Joints, and the devices that drive and measure them.
 pub struct Driver<J, const N: usize> {
     motors: &'static Motors<N>,
     joints: Joints<N>,
     devices: J,
-    /// An order has come with which nobody has begun.
+    /// Whether an order has come that is not begun yet.
     is_ordered: bool,
     /// When joints at rest are looked at.
     look_at: Ticks,
-    /// What is posted when a joint has changed its state by itself.
+    /// Posted when a joint has changed its state by itself.
     news: &'static Semaphore,
 }
 
@@ -25,8 +25,8 @@ impl<J: JointMotors, const N: usize> Driver<J, N> {
         Driver { motors, joints: Joints::new(joints), devices, is_ordered: false, look_at: 0, news }
     }
 
-    /// Has its turn: one of `motors` was ordered, or its period has begun, or it is time for it. Returns when
-    /// it has another though nothing is posted.
+    /// Takes a turn, because one of `motors` got an order, a period has begun, or the time has come. Returns
+    /// the time of the next turn if nothing is posted before.
     #[inline(never)] // its stack is needed here alone
     pub fn turn(&mut self, task: &mut Task, is_ordered: bool, is_period: bool) -> Option<Ticks> {
         let Driver { motors, joints, devices, news, .. } = self;

@@ -1,12 +1,12 @@
-//! The master MCU of a module as a sequential program: one loop that looks at everything in turn. It is made
-//! of the drivers, links, control, topology and rules of `firmware-master`, and does the same.
+//! The master MCU of a module as a sequential program: one loop that checks every part in turn. It uses the
+//! drivers, links, control, topology and rules of `firmware-master`, and does the same.
 //!
-//! Bytes, I2C and conversions are interrupt-fed, as there. The loop is the only task that the kernel knows.
-//! It never blocks: it takes the semaphores that drivers post if they have a signal, compares deadlines with
-//! the clock, and sleeps by itself. So the kernel has nothing to schedule.
+//! Bytes, I2C and conversions are interrupt-fed, as in the firmware. The loop is the kernel's only task. It
+//! never blocks: it takes the signals that drivers have posted, compares deadlines with the clock, and sleeps
+//! by itself. So the kernel has nothing to schedule.
 //!
-//! The joints' control, which is to be done within a millisecond, is looked at between any two others. The
-//! slave is `firmware-slave`.
+//! The loop checks the joints' control, which has to be done within a millisecond, between any two other
+//! parts. The slave is `firmware-slave`.
 
 #![no_std]
 #![no_main]
@@ -105,13 +105,13 @@ extern "C" fn main() -> ! {
     })
 }
 
-/// Starts the loop. `None` if that can't be.
+/// Starts the loop. `None` if it can't be started.
 fn start(boot: &mut Boot) -> Option<()> {
     let board = Board::take(boot)?;
     stack::LOOP.start(boot, Priority::P0, move |task| run(task, board)).ok()
 }
 
-/// Starts the devices, and looks after all of them in turn for ever.
+/// Starts the devices, and gives all parts their turns for ever.
 fn run(task: &mut Task, board: Board) -> Never {
     let seeds = [board.nonce, board.nonce.rotate_left(8), board.nonce.rotate_left(4)];
     board.tick.start(Interrupts);
@@ -159,7 +159,8 @@ fn run(task: &mut Task, board: Board) -> Never {
             let next = joints.turn(task, due.has(Parts::ORDERED), due.has(Parts::PERIOD));
             times.set(Parts::JOINTS, next);
         }
-        // Between any two others: what is to be done within a millisecond.
+        // Called between any two other parts, because the joints' control has to be done within a
+        // millisecond.
         let mut keep_up = |task: &mut Task, times: &mut Times| {
             if MOTORS.period().try_wait(task) {
                 times.set(Parts::JOINTS, joints.turn(task, false, true));
@@ -202,17 +203,17 @@ fn run(task: &mut Task, board: Board) -> Never {
     }
 }
 
-/// Of each sending half its part, and what is posted when a frame has left.
+/// The part of each sending half, and the signal that a frame has left.
 static SENDING: [(Parts, Parts); 3] =
     [(Parts::SENDING0, Parts::SENT0), (Parts::SENDING1, Parts::SENT1), (Parts::SENDING2, Parts::SENT2)];
 
-/// Takes what has come in at a dock.
+/// Takes the frames that have come in at a dock.
 #[inline(never)] // its stack is needed here alone
 fn receive(task: &mut Task, dock: &mut Incoming<Receiver>) {
     dock.receive(task, &OFFICE);
 }
 
-/// What is due now. Sleeps until anything is.
+/// Sleeps until a part is due. Returns all parts that are.
 #[inline(never)] // its stack is needed here alone
 fn wait(task: &mut Task, times: &mut Times, feeder: &mut Feeder) -> Parts {
     let next = times.next;
@@ -225,7 +226,7 @@ fn wait(task: &mut Task, times: &mut Times, feeder: &mut Feeder) -> Parts {
             is_time = is_reached(next, now(interrupt));
             due.is_any() || is_time
         };
-        // SAFETY: to take signals and to read the clock makes no task ready.
+        // SAFETY: taking signals and reading the clock makes no task ready.
         unsafe { sleep_unless(task, has_work) };
         if due.is_any() || is_time {
             return due.and(times.reached(now(task)));
@@ -233,8 +234,8 @@ fn wait(task: &mut Task, times: &mut Times, feeder: &mut Feeder) -> Parts {
     }
 }
 
-/// Takes a signal of all for whom one is posted.
-#[inline(always)] // with interrupts masked too
+/// Takes one signal of each posted semaphore. Returns the parts.
+#[inline(always)] // it also runs with interrupts masked
 fn posted(context: &mut impl Context) -> Parts {
     let posted = Parts::NONE
         .with(Parts::PERIOD, MOTORS.period(), context)

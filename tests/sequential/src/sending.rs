@@ -1,4 +1,4 @@
-//! The sending half of a dock's link, in turns: what [`tasks::link::send`] does as a task.
+//! The sending half of a dock's link, as turns of the loop; [`tasks::link::send`] runs it as a task.
 
 use board::serial::{Beginner, Transmitter};
 use kernel::{Task, Ticks, now};
@@ -22,9 +22,9 @@ pub struct Sending {
 enum Phase {
     /// The line is free.
     Free,
-    /// A frame is in the wire's buffer, and could not begin.
+    /// A frame is in the wire's buffer, and could not begin yet.
     Held,
-    /// It is on the line.
+    /// A frame is on the line.
     Leaving,
 }
 
@@ -35,8 +35,8 @@ impl Sending {
         Sending { port, line, sender: Sender::new(seed), wire: Wire::new(), phase: Phase::Free, at: None }
     }
 
-    /// Has its turn. `is_sent`: what was on the line has left. Returns when it has another though nothing is
-    /// posted.
+    /// Takes a turn. `is_sent`: the frame on the line has left. Returns the time of the next turn if nothing
+    /// is posted before.
     #[inline(never)] // its stack is needed here alone
     pub fn turn(&mut self, task: &mut Task, is_sent: bool) -> Option<Ticks> {
         if self.phase == Phase::Leaving && is_sent {
@@ -51,7 +51,7 @@ impl Sending {
         self.at
     }
 
-    /// The frame has left the line.
+    /// Notes that the frame has left the line.
     fn leave(&mut self, task: &mut Task) {
         self.sender.sent(now(task));
         self.phase = Phase::Free;

@@ -1,4 +1,4 @@
-//! What `./x bench concurrency` adds, all of it in turns of the loop.
+//! The behaviours that `./x bench concurrency` adds, as turns of the loop.
 
 use board::debug::mark;
 use board::delay;
@@ -10,17 +10,17 @@ use trial::{COMPUTES_EVERY, ELEVEN, PIECE, SEVEN, TRIAL_IS_CUT, TRIAL_LENGTH, co
 /// Posted at each edge.
 pub static EDGE: Semaphore = Semaphore::new(0);
 
-/// When each of them is to do something.
+/// When each of these behaviours is due.
 pub struct Trial {
     seven: Ticks,
     eleven: Ticks,
     computes: Ticks,
-    /// Pieces that are left, where computing is cut.
+    /// The pieces left, if computing is cut.
     left: u16,
 }
 
 impl Trial {
-    /// From now on.
+    /// The behaviours, from now on.
     pub fn new(task: &mut Task, external: External, vectors: impl Serves<External>) -> Self {
         external.start(vectors, task, &EDGE);
         let time = now(task);
@@ -28,7 +28,7 @@ impl Trial {
         Trial { seven, eleven, computes, left: 0 }
     }
 
-    /// Has its turn. `is_edge`: an edge has come. Returns when it has another though none comes.
+    /// Takes a turn. `is_edge`: an edge has come. Returns the time of the next turn if no edge comes before.
     #[inline(never)] // its stack is needed here alone
     pub fn turn(&mut self, task: &mut Task, is_edge: bool) -> Option<Ticks> {
         if is_edge {
@@ -67,7 +67,7 @@ impl Trial {
         }
     }
 
-    /// A piece of what is computed.
+    /// Computes a piece.
     fn go_on(&mut self) {
         compute(1, delay::cycles::<PIECE>);
         self.left -= 1;

@@ -1,5 +1,5 @@
-//! What is computed of the robot's images, to be held against what they do: and what keeps their joints'
-//! control busy.
+//! Bounds computed from the robot's images, to be compared with runs of them, and loads that keep their
+//! joints' control busy.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use time_bound::{Bounds, Notes};
 
 use crate::images;
 
-/// An image of the robot, with what somebody who knows wrote down of it.
+/// An image of the robot, with the hand-written notes about it.
 pub struct Noted {
     pub image: Image,
     pub annotations: Annotations,
@@ -33,7 +33,7 @@ impl Noted {
         }
     }
 
-    /// Its bounds.
+    /// The image's bounds.
     ///
     /// # Panics
     /// When there are none.
@@ -51,7 +51,7 @@ pub fn notes(folder: &str, file: &str) -> PathBuf {
 /// More than the joints' friction, in Nm.
 const PULL: f64 = 3.0;
 
-/// Pulls at all joints of a module in a direction, so that they are controlled.
+/// Pulls at all joints of a module in one direction, so that they need control.
 ///
 /// # Panics
 /// When there is no such module.
@@ -59,7 +59,7 @@ pub fn pull(engine: &mut Engine, module: usize, is_back: bool) {
     load(engine, module, if is_back { -PULL } else { PULL });
 }
 
-/// Loads all joints of a module, in Nm.
+/// Loads all joints of a module with `torque`, in Nm.
 ///
 /// # Panics
 /// When there is no such module.

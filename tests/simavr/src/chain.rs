@@ -1,4 +1,4 @@
-//! A chain of modules that run the robot's own images, and what can be seen of it from outside.
+//! A chain of modules that run the robot's own images, observed from outside.
 
 use std::mem::offset_of;
 
@@ -11,7 +11,7 @@ use tasks::link::counters::LinkCounters;
 
 use crate::firmware;
 
-/// A count that every link keeps, by its place in [`LinkCounters`].
+/// A count that every link keeps, by its offset in [`LinkCounters`].
 #[derive(Clone, Copy)]
 pub struct Count(usize);
 
@@ -21,7 +21,7 @@ impl Count {
     pub const GAVE_UP: Count = Count(offset_of!(LinkCounters, gave_up));
 }
 
-/// Something that a behaviour did.
+/// An event of a behaviour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TraceEvent {
     pub cycle: u64,
@@ -29,7 +29,7 @@ pub struct TraceEvent {
     pub event: Behaviour,
 }
 
-/// A chain in motion.
+/// A running chain.
 pub struct Chain {
     engine: Engine,
 }
@@ -46,7 +46,7 @@ impl Chain {
         Self::of_robot(robot.expect("a chain can be built"), threads)
     }
 
-    /// A robot that was changed before it is run.
+    /// The chain of a robot that was changed before its run.
     pub fn of_robot(robot: Robot, threads: usize) -> Self {
         Chain { engine: Engine::new(robot, threads) }
     }
@@ -60,7 +60,7 @@ impl Chain {
         self.engine.cycle()
     }
 
-    /// Runs for `cycles`, and returns what the behaviours did meanwhile, in order.
+    /// Runs for `cycles`, and returns the events of behaviours, in order.
     pub fn run(&mut self, cycles: u64) -> Vec<TraceEvent> {
         self.engine.run_until(self.engine.cycle() + cycles);
         let told = self.engine.take_events().into_iter().filter_map(|told| {
@@ -77,7 +77,7 @@ impl Chain {
         }
     }
 
-    /// Sets what goes wrong on the way from this dock to the one it is attached to.
+    /// Sets the faults of frames from this dock to the one that it is attached to.
     pub fn set_faults(&mut self, from: Face, faults: Faults) {
         assert!(self.engine.robot_mut().set_faults(from, faults), "{from:?} is attached to nothing");
     }
@@ -90,8 +90,8 @@ impl Chain {
 
     /// Keeps MCUs of a module in reset for `cycles`.
     ///
-    /// They are reset again and again before their start-up code, which needs far longer to clear SRAM, comes
-    /// to `main`.
+    /// They are reset again and again before their start-up code reaches `main`: it needs far longer to clear
+    /// SRAM.
     pub fn hold_in_reset(&mut self, module: usize, mcus: &[Controller], cycles: u64) {
         const STEP: u64 = 1000;
         for _ in 0..cycles / STEP {
@@ -102,12 +102,12 @@ impl Chain {
         }
     }
 
-    /// What a module says of itself.
+    /// A module's own status.
     pub fn status(&self, module: usize) -> Option<Status> {
         simulation::Robot::status(&self.engine, module)
     }
 
-    /// The modules whose view of their neighbours or type is not what the wiring makes it.
+    /// The modules whose view of their neighbours or type differs from the wiring.
     pub fn mistaken(&self) -> Vec<(usize, Option<Status>)> {
         let is_right = |module: usize| {
             let wiring = Dock::ALL.map(|dock| Some(self.robot().neighbour(Face { module, dock })?.dock));
@@ -119,7 +119,7 @@ impl Chain {
         mistaken.map(|module| (module, self.status(module))).collect()
     }
 
-    /// What the link at a dock of a chain, Front or Back, has counted since its MCU started.
+    /// The count of the link at a dock of a chain, Front or Back, since its MCU started.
     pub fn count(&self, at: Face, Count(offset): Count) -> u16 {
         let controller = match at.dock {
             Dock::Front => Controller::Master,
@@ -131,12 +131,12 @@ impl Chain {
         u16::from_le_bytes([port[offset], port[offset + 1]])
     }
 
-    /// A count, added up over all links of the chain.
+    /// The sum of a count over all links of the chain.
     pub fn sum(&self, count: Count) -> u64 {
         self.links().into_iter().map(|face| u64::from(self.count(face, count))).sum()
     }
 
-    /// All docks that are attached to another.
+    /// All docks that are attached to another one.
     fn links(&self) -> Vec<Face> {
         let modules = 0..self.robot().modules();
         let faces = modules.flat_map(|module| Dock::ALL.map(|dock| Face { module, dock }));

@@ -1,4 +1,4 @@
-//! The examples: which there are, and what each prints.
+//! The examples: their names, and the output of each.
 
 use std::path::{Path, PathBuf};
 
@@ -6,7 +6,7 @@ use simavr_harness::{Mcu, Part, State};
 
 use crate::{MILLISECOND, images, load, marks};
 
-/// So long an example may take, in cycles.
+/// The most cycles that an example may take.
 const LIMIT: u64 = 1000 * MILLISECOND;
 
 /// The names of all examples, sorted.
@@ -32,7 +32,7 @@ pub fn pages() -> PathBuf {
     root().join("docs/examples")
 }
 
-/// The image of an example, as `./x test` lays it down.
+/// The image of an example, where `./x test` puts it.
 pub fn image(name: &str) -> PathBuf {
     images().join("examples").join(name).with_extension("elf")
 }

@@ -9,13 +9,13 @@ use tasks::dock::Dock;
 use crate::MILLISECOND;
 use crate::chain::TraceEvent;
 
-/// In this time a hormone is delivered or given up: 21 transmissions, each with its wait for an ACK.
+/// The time in which a hormone is delivered or given up: 21 transmissions, each with its wait for an ACK.
 pub const HOP_AT_MOST: u64 = 250 * MILLISECOND;
 
-/// What became of the hormones sent from each module's Back to the Front of the next.
+/// The fates of the hormones sent from each module's Back to the Front of the next.
 #[derive(Debug)]
 pub struct Hormones {
-    /// By the sending module: when a hormone was sent that has not been received, and which.
+    /// The hormones that have not been received yet, by the sending module: when each was sent, and its data.
     under_way: Vec<VecDeque<(u64, Data)>>,
     pub sent: usize,
     pub delivered: usize,
@@ -23,12 +23,12 @@ pub struct Hormones {
     pub lost: usize,
     /// Received without being sent, or twice.
     pub unsent: usize,
-    /// What the last module received.
+    /// The hormones that the last module received.
     pub at_tail: Vec<Data>,
 }
 
 impl Hormones {
-    /// Follows what a chain of `modules` modules did up to `now`.
+    /// Follows the events of a chain of `modules` modules up to `now`.
     pub fn follow(modules: usize, trace_events: &[TraceEvent], now: u64) -> Self {
         let under_way = vec![VecDeque::new(); modules];
         let mut hormones =
@@ -57,7 +57,7 @@ impl Hormones {
         hormones
     }
 
-    /// A link keeps the order: what was sent before the one that came is lost.
+    /// A link keeps the order, so hormones that were sent before the received one are lost.
     fn receive(&mut self, module: usize, data: Data) {
         if module + 1 == self.under_way.len() {
             self.at_tail.push(data);
@@ -73,7 +73,7 @@ impl Hormones {
         }
     }
 
-    /// One came that was no news, whatever its data.
+    /// A hormone was received that was no news. Its data do not matter.
     fn drop(&mut self, module: usize) {
         match self.under_way[module - 1].pop_front() {
             Some(_) => self.delivered += 1,

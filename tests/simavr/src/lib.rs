@@ -1,5 +1,5 @@
-//! What the tests in simavr share: where the images lie, and how what they do is held against what is
-//! expected.
+//! The common parts of the tests in simavr: the places of the images, and comparisons of their output with
+//! expectations.
 
 pub mod bounds;
 pub mod chain;
@@ -24,7 +24,7 @@ use simavr_harness::{Image, Images, Mcu, Part};
 /// One simulated millisecond, in cycles.
 pub const MILLISECOND: u64 = simavr_harness::CLOCK_HZ as u64 / 1000;
 
-/// The arguments of this program. One that is not UTF-8 becomes what names nothing.
+/// The arguments of this program. An argument that is not UTF-8 becomes a name that does not exist.
 pub fn arguments() -> impl Iterator<Item = String> {
     std::env::args_os().skip(1).map(|argument| argument.to_string_lossy().into_owned())
 }
@@ -37,7 +37,7 @@ pub fn checked_arguments() -> (bool, Vec<String>) {
     (only_checks, arguments.collect())
 }
 
-/// The test image of this name, as `./x test` lays it down.
+/// The test image of this name, where `./x test` puts it.
 ///
 /// # Panics
 /// When it is not there.
@@ -74,7 +74,7 @@ pub fn images() -> PathBuf {
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/images"), PathBuf::from)
 }
 
-/// A test image, which records its coverage if that is asked for.
+/// A test image. It records its coverage if that is enabled.
 fn load_test_image(path: &Path) -> Arc<Image> {
     let mut image = Arc::unwrap_or_clone(load(path));
     coverage::record(&mut image);

@@ -1,7 +1,7 @@
-//! Marks: what a test image tells by writes to a register.
+//! Marks: the reports that a test image makes by writes to a register.
 //!
 //! The expectation of an image is a file: one line a mark, the mark in hexadecimal and the cycles since the
-//! one before. Marks must be equal; cycles must not be more, for simavr's repeat exactly.
+//! mark before. Marks must be equal; cycles must not be more, because simavr's cycles repeat exactly.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ pub fn values(markers: &[Marker]) -> Vec<u8> {
     markers.iter().map(|marker| marker.value).collect()
 }
 
-/// Holds `markers` against the file `expected/NAME.txt`. A name may begin with a folder.
+/// Compares `markers` with the file `expected/NAME.txt`. A name may begin with a folder.
 ///
 /// # Panics
 /// When a mark differs or came later than expected. With `UPDATE_EXPECTED` set, the file is written instead.

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use crate::target::Target;
 use crate::test_images;
 
-/// What a program sends at its end: `END` in the module `qemu` of the crate `board`.
+/// The bytes that a program sends at its end: `END` in the module `qemu` of the crate `board`.
 const END: [u8; 2] = [0xff, 0x04];
 
 /// An MCU that QEMU has.
@@ -28,10 +28,10 @@ pub struct Machine {
 pub const MACHINES: [Machine; 2] =
     [Machine { name: "uno", mcu: "atmega328p" }, Machine { name: "mega2560", mcu: "atmega2560" }];
 
-/// A program that did not come to its end.
+/// A program that did not end.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hung {
-    /// What it sent until it was given up.
+    /// The bytes that it sent before the run was given up.
     pub sent: Vec<u8>,
 }
 
@@ -49,10 +49,11 @@ impl Machine {
         test_images().join("qemu").join(self.mcu).join(name).with_extension("elf")
     }
 
-    /// Runs a program until it tells its end, for `limit` at most. Returns what it sent before that.
+    /// Runs a program until it reports its end, for `limit` at most. Returns the bytes that it sent before
+    /// that.
     ///
     /// # Errors
-    /// It did not come to its end.
+    /// The program did not end.
     ///
     /// # Panics
     /// When there is no such program, or QEMU cannot be started.
@@ -98,7 +99,7 @@ impl Qemu {
 
 impl Drop for Qemu {
     fn drop(&mut self) {
-        // What has ended by itself can't be killed, and need not be.
+        // A process that has ended by itself can't be killed, and need not be.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

@@ -1,4 +1,4 @@
-//! The master's image with another rule in the flash, in the place of one of the centipede's table.
+//! The master's image with a rule of the centipede's table in flash replaced by another one.
 
 use hormone::rule::Rule;
 
@@ -21,7 +21,8 @@ impl Master {
     /// The image that modules are flashed with.
     ///
     /// # Panics
-    /// When it is not there, or the table is not in it once: fields stand in it as on the host.
+    /// When it is not there, or does not have the table exactly once. Fields have the same layout there as on
+    /// the host.
     pub fn read() -> Self {
         let file = std::fs::read(images().join("firmware-master.elf")).expect("./x build leaves it");
         let whole: Vec<u8> = table().into_iter().flat_map(bytes).collect();
@@ -31,7 +32,7 @@ impl Master {
         Master { file, start }
     }
 
-    /// The ELF file as it is.
+    /// The unchanged ELF file.
     pub fn file(&self) -> &[u8] {
         &self.file
     }

@@ -1,4 +1,4 @@
-//! How much of each stack an MCU uses, beside how much `stack-bound` says that it can need.
+//! How much of each stack an MCU uses, and the bound by `stack-bound`.
 
 use std::ops::Range;
 use std::path::Path;
@@ -8,25 +8,25 @@ use simavr_harness::{Image, Mcu, Part, Place};
 use stack_bound::Annotations;
 use stack_bound::effect::{Effect, effect};
 
-/// What a stack holds before it is used: the kernel's `WATERMARK`.
+/// The byte that fills an unused stack: the kernel's `WATERMARK`.
 const WATERMARK: u8 = 0xa5;
 
-/// What a task's control block takes before its stack, in bytes.
+/// The size of a task's control block, which lies before its stack, in bytes.
 const CONTROL_BLOCK: u16 = 6;
 
-/// Where in it the stack pointer lies.
+/// The offset of the stack pointer in it.
 const STACK_POINTER: u16 = 1;
 
-/// In a first context, how far above the stack pointer the address of the task's code lies, in words: above
-/// Y, which is the address of what the task captured, and the program counter.
+/// How many bytes above the stack pointer a first context has the address of the task's code, a word address.
+/// Below it are Y, which is the address of the task's captures, and the program counter.
 fn entry_offset(part: &Part) -> u16 {
     1 + 2 + part.return_address
 }
 
-/// The most cycles from power-up to where the first task runs.
+/// The most cycles from power-up until the first task runs.
 const START_UP: u64 = 1_000_000;
 
-/// A stack of an image, and where it lies.
+/// A stack of an image, and its addresses.
 pub struct Stack {
     pub bound: stack_bound::Stack,
     /// The name of its `static`, or "kernel".
@@ -35,15 +35,15 @@ pub struct Stack {
 }
 
 impl Stack {
-    /// How many bytes have been used, counted from the last that never was.
+    /// How many bytes have been used: those above the last byte that has never been used.
     pub fn used(&self, mcu: &Mcu) -> u32 {
         let first = self.addresses.clone().find(|&address| mcu.read(address) != Some(WATERMARK));
         first.map_or(0, |first| u32::from(self.addresses.end - first))
     }
 }
 
-/// The stacks of an image. Its tasks are found by what their control blocks hold before the first one runs;
-/// those that others start later are left out.
+/// The stacks of an image. Tasks are found by the contents of their control blocks before the first task
+/// runs; tasks that others start later are left out.
 ///
 /// # Panics
 /// When a bound cannot be computed.
@@ -51,7 +51,7 @@ pub fn stacks(part: &'static Part, image: &Path, notes: Option<&Path>) -> Vec<St
     let program = stack_bound::Image::load(image).expect("the image can be read");
     let annotations = notes.map_or_else(Annotations::default, |notes| {
         let text = std::fs::read_to_string(notes).expect("the notes can be read");
-        // One file serves many images, and each has but a part of what is noted.
+        // One file of notes serves many images, and each image has only some of the functions.
         let is_here =
             |note: &&str| note.split("=>").all(|function| program.function(function.trim()).is_some());
         let notes: Vec<&str> = text.lines().filter(is_here).collect();
@@ -81,7 +81,7 @@ pub fn stacks(part: &'static Part, image: &Path, notes: Option<&Path>) -> Vec<St
     bounds.into_iter().filter_map(find).collect()
 }
 
-/// The static on which a task has been laid to start.
+/// The static that has the first context of a task.
 fn task_stack<'a>(mcu: &Mcu, image: &'a Image, bound: &stack_bound::Stack) -> Option<(&'a str, Range<u16>)> {
     let word = |low: u16, high: u16| Some(u16::from_le_bytes([mcu.read(low)?, mcu.read(high)?]));
     let offset = entry_offset(mcu.part());
@@ -102,15 +102,15 @@ fn task_stack<'a>(mcu: &Mcu, image: &'a Image, bound: &stack_bound::Stack) -> Op
     })
 }
 
-/// Whether the function at `entry` is what is called at `address`, in bytes of flash: if it lies beyond 128
-/// KB, the linker leads there by a `jmp`.
+/// Whether a call of `address` reaches the function at `entry`, in bytes of flash. If the function lies
+/// beyond 128 KB, the linker puts a `jmp` to it at `address`.
 fn is_function(image: &Image, address: u32, entry: u32) -> bool {
     let jumps_there = || effect(image.flash(), address) == Some((Effect::Jump(entry), 4));
     address == entry || jumps_there()
 }
 
-/// Runs an MCU that has just powered up to its `main`, and paints the kernel's stack. Those of tasks paint
-/// themselves when they are started.
+/// Runs an MCU that has just powered up to its `main`, and writes the watermark into the kernel's stack. The
+/// kernel writes it into the stacks of tasks when they are started.
 ///
 /// # Panics
 /// When the image has no `main`.

@@ -1,11 +1,11 @@
-//! Interrupts at places drawn by lot, for the image `storm`.
+//! Interrupts at random places, for the image `storm`.
 
 use fastrand::Rng;
 use simavr_harness::Mcu;
 
 use crate::target::Target;
 
-/// The mark of the image where it starts.
+/// The image's mark at its start.
 pub const BOOTED: u8 = 1;
 /// Its mark of a round.
 const ROUND: u8 = 2;
@@ -19,7 +19,7 @@ pub fn rage(target: &Target, mcu: &mut Mcu, cycles: u64, random: &mut Rng) -> u6
     let mut rounds = 0;
     let mut boots = 0;
     while mcu.cycle() < cycles {
-        // At times the next comes while the last is served, and its timers expire.
+        // Sometimes the next interrupt comes while the last is served and timers expire.
         let most = *random.choice(&[8, 60, 300, 1500]).expect("it is not empty");
         mcu.run_until(mcu.cycle() + random.u64(1..=most));
         let interrupt = if random.bool() { &target.tick } else { &target.external };

@@ -7,7 +7,7 @@ use simavr_harness::{Image, Mcu, Part, Pin};
 
 use crate::{load_test_image, test_images};
 
-/// An MCU with what the test images use of it: see the module `mcu` of the crate `board`.
+/// An MCU with the devices that the test images use: see the module `mcu` of the crate `board`.
 #[derive(Debug)]
 pub struct Target {
     pub part: &'static Part,
@@ -42,7 +42,8 @@ const ATMEGA2560: &Target = &Target::later(Part::ATMEGA2560, 21, 0);
 pub const TARGETS: [&Target; 4] = [ATMEGA128, ATMEGA328P, ATMEGA1284P, ATMEGA2560];
 
 impl Target {
-    /// An MCU that came after the ATmega128: the vector of TIMER0_COMPA, and the bit of port D that is INT0.
+    /// An MCU later than the ATmega128. `compare` is the vector of TIMER0_COMPA, `bit` the bit of port D that
+    /// is INT0.
     const fn later(part: &'static Part, compare: u8, bit: u8) -> Self {
         Target {
             part,
@@ -52,7 +53,7 @@ impl Target {
         }
     }
 
-    /// The one of this name.
+    /// The MCU of this name.
     pub fn named(name: &str) -> Option<&'static Self> {
         TARGETS.into_iter().find(|target| target.part.name == name)
     }
@@ -62,8 +63,8 @@ impl Target {
         test_images().join(self.folder())
     }
 
-    /// Where its images lie among the test images, and its expectations among the others: the robot's MCU has
-    /// no folder of its own.
+    /// The folder of its images among the test images, and of its expectations. The robot's MCU has no folder
+    /// of its own.
     pub fn folder(&self) -> &'static str {
         if self.part.name == ATMEGA128.part.name { "" } else { self.part.name }
     }

@@ -1,7 +1,8 @@
-//! Both engines over robots and timelines made up by chance: the same types and verdict at the end, and up to
-//! there the same actions at the same times.
+//! Runs both engines on random robots and timelines. They must agree in types and verdict at the end, and in
+//! the actions and their times up to there.
 //!
-//! `SUPERBOT_ROBOTS=200` tries as many; `SUPERBOT_ROBOT=7` the one with that seed, and tells what it did.
+//! `SUPERBOT_ROBOTS=200` tries that many; `SUPERBOT_ROBOT=7` tries the one with that seed, and prints its
+//! timeline and differences.
 
 use std::fmt::Write;
 
@@ -15,7 +16,7 @@ use tasks::dock::Dock;
 /// How many robots are tried, unless `SUPERBOT_ROBOTS` says otherwise.
 const ROBOTS: u64 = 4;
 
-/// Something happens to them between these moments; what they do is compared from then to the end.
+/// Events happen to robots within this time. Their actions are compared from `SETTLED` to `END`.
 const HAPPENS: std::ops::Range<u64> = 2_000 * MILLISECOND..4_000 * MILLISECOND;
 const SETTLED: u64 = 8_000 * MILLISECOND;
 const END: u64 = 10_400 * MILLISECOND;
@@ -23,15 +24,15 @@ const END: u64 = 10_400 * MILLISECOND;
 /// Modules get their power within this time, in both engines at the same moments.
 const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 
-/// How far apart the engines may be in when a module begins to act.
+/// How far apart in time the engines may begin a module's action.
 const APART: u64 = 150 * MILLISECOND;
 
-/// What came of a robot.
+/// The result of a run.
 struct Outcome {
     /// A line for each module: whether it is on, its type, its neighbours and its gait.
     modules: Vec<String>,
     faults: Vec<String>,
-    /// By module, what it began to do in the end, and when.
+    /// By module, the actions that it began after `SETTLED`, and when.
     actions: Vec<Vec<(String, u64)>>,
 }
 
@@ -54,7 +55,7 @@ fn outcome(robot: impl Robot, timeline: Vec<Event>) -> Outcome {
     Outcome { modules: (0..count).map(describe).collect(), faults: faults(&run, true), actions }
 }
 
-/// Chance, for picking.
+/// A random source for picking.
 struct Pick(Random);
 
 impl Pick {
@@ -86,7 +87,7 @@ impl Pick {
         shape.wiring(modules).expect("the shape has so many modules")
     }
 
-    /// Modules each of which is attached to one of those before it, by any dock of that.
+    /// A tree: each module is attached to an earlier one, at any dock of that.
     fn tree(&mut self) -> Wiring {
         let mut wiring = Wiring::new(2 + self.below(8));
         for module in 1..wiring.modules() {
@@ -101,7 +102,7 @@ impl Pick {
         wiring
     }
 
-    /// Up to three changes, each of which is possible after those before.
+    /// Up to three changes, each possible after the ones before.
     fn timeline(&mut self, mut wiring: Wiring) -> Vec<Event> {
         let mut moments: Vec<u64> = (0..self.below(4)).map(|_| self.moment()).collect();
         moments.sort_unstable();
@@ -145,7 +146,7 @@ impl Pick {
     }
 }
 
-/// What differs between the engines with the robot of this seed, in lines; none if they agree.
+/// The differences between the engines with the robot of this seed, in lines; none if they agree.
 fn differences(seed: u64, tells: bool) -> String {
     let mut pick = Pick(Random::new(seed));
     let wiring = pick.wiring();

@@ -16,7 +16,7 @@ fn beside_avr_hal_it_toggles_its_pin_every_500_ms() {
     assert_toggles("beside/uno.elf", Part::ATMEGA328P, 5);
 }
 
-/// Whether the program toggles this pin of port B.
+/// Asserts that the program toggles this pin of port B.
 fn assert_toggles(program: &str, part: &'static Part, bit: u8) {
     let image = Image::load(images().join(program)).expect("./x test builds it");
     let mut mcu = Mcu::new(part, Arc::new(image), 1).expect("it fits the MCU");

@@ -1,5 +1,5 @@
-//! No image breaks the simulator: the robot's own, with bits flipped by chance, run or are refused. Of some
-//! it is tried that simavr's own interpreter does the same with them, and of others that they may be traced.
+//! No image breaks the simulator: the robot's images with random bits flipped run or are refused. Some of
+//! them are also run by simavr's own interpreter, with the same result, and others with a trace.
 
 use std::sync::Arc;
 
@@ -12,10 +12,10 @@ use tasks::dock::Dock;
 const IMAGES: u64 = 400;
 const RUNS: u64 = 60 * MILLISECOND;
 
-/// The bytes at the start of an ELF file that say what there is; flips there are tried more often.
+/// The bytes of the headers at the start of an ELF file; flips there are tried more often.
 const HEADERS: usize = 0x100;
 
-/// One of so many is run by simavr's interpreter, too, and another one is traced.
+/// One in so many is run by simavr's interpreter, too, and another one is traced.
 const BY_BOTH: u64 = 4;
 
 /// The image with one bit to eight flipped; `None` if it is refused.
@@ -29,21 +29,21 @@ fn flipped(file: &[u8], random: &mut Random) -> Option<Image> {
     Image::parse(&file).ok()
 }
 
-/// Two modules, so that docks have somebody to hear.
+/// Two modules, so that docks have a neighbour.
 fn robot(images: Images, seed: u64) -> Option<Robot> {
     let [one, other] = [(0, Dock::Back), (1, Dock::Front)].map(|(module, dock)| Face { module, dock });
     RobotBuilder::new(images, 2).attach(one, other).seed(seed).build().ok()
 }
 
-/// Returns a hash of what became of them, if they ran.
+/// Runs the robot. Returns a hash of its final state, unless it can't be built.
 fn run(images: Images, seed: u64) -> Option<u64> {
     let mut engine = Engine::new(robot(images, seed)?, 1);
     engine.run_until(RUNS);
     Some(engine.state_hash())
 }
 
-/// The same with the first module traced, as far as its images can be: the times of the trace are those of the
-/// CPU, whatever it does.
+/// As [`run`], with the first module traced, if its images can be traced. The times of the trace must be
+/// those of the CPU.
 fn run_traced(images: Images, seed: u64) -> Option<u64> {
     let mut robot = robot(images, seed)?;
     let is_traced = Controller::ALL.map(|controller| mcu(&mut robot, controller).trace().is_ok());
@@ -95,14 +95,15 @@ fn no_flipped_bit_breaks_the_simulator() {
         if seed.is_multiple_of(BY_BOTH) {
             assert_eq!(state, run(beside(image.undecoded()), seed), "seed {seed}");
         } else if seed % BY_BOTH == seed / BY_BOTH % (BY_BOTH - 1) + 1 {
-            // So that it is a master's image as well as a slave's.
+            // This traces images of the master as well as of the slave.
             assert_eq!(state, run_traced(beside(image), seed), "seed {seed}");
         }
     }
     assert!(refused < number.unwrap_or(IMAGES) / 4, "{refused} images were refused");
 }
 
-/// Where a flipped bit had a label lie on the SLEEP of the idle loop, the trace had the CPU awake for ever.
+/// A flipped bit once moved a label onto the SLEEP of the idle loop, and the trace showed the CPU awake for
+/// ever.
 #[test]
 fn an_image_whose_label_lies_on_its_sleep_can_not_be_traced() {
     const LABEL: &str = "kernel_run_head";
@@ -113,7 +114,7 @@ fn an_image_whose_label_lies_on_its_sleep_can_not_be_traced() {
         _ => None,
     };
     let whole = Image::parse(&file).expect("it is an image");
-    let sleep = place(&whole, "idle").expect("there is one") + 2; // behind SEI
+    let sleep = place(&whole, "idle").expect("there is one") + 2; // after SEI
     let label = place(&whole, LABEL).expect("there is one").to_le_bytes();
     let moved = file.windows(4).enumerate().filter(|(_, bytes)| *bytes == label).find_map(|(at, _)| {
         let mut file = file.clone();

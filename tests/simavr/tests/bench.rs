@@ -1,4 +1,4 @@
-//! No figure of the kernel gets worse, and its flash is told apart from its program's.
+//! No figure of the kernel gets worse, and flash counts either as the kernel's or as its program's.
 
 use std::collections::BTreeMap;
 

@@ -1,4 +1,4 @@
-//! The board's drivers on the MCU: what a test image tells by marks, against what its pins and wires show.
+//! The board's drivers on the MCU: the marks of test images, compared with their pins and wires.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -10,13 +10,13 @@ use simavr_harness::{
 use superbot_tests_simavr::marks::values;
 use superbot_tests_simavr::{MILLISECOND, image, mcu, mcu_with_seed};
 
-/// Cycles of a frame of ten bits at 38400 baud, as the divisor makes it.
+/// Cycles of a frame of ten bits at 38400 baud, with the USART's divisor.
 const FRAME: u64 = 4160;
 
 #[test]
 fn usarts_carry_frames_and_streams() {
     let mut mcu = mcu("board_usart");
-    // Each transmitter to its own receiver, well within a frame.
+    // Loops each transmitter back to its own receiver, well within a frame.
     while mcu.is_alive() && mcu.cycle() < 2_000 * FRAME {
         mcu.run_until(mcu.cycle() + FRAME / 10);
         for usart in 0..2 {
@@ -80,7 +80,7 @@ fn tasks_share_the_eeprom_and_sleep_while_it_writes() {
     let marks = [&[1, 3, 2][..], b"spine", &[4, 5, 6, 7, 8, 12]].concat();
     assert_eq!(values(mcu.markers()), marks);
     let cycle = |index: usize| mcu.markers()[index].cycle;
-    // Of 3 and 5 bytes; written again, of none.
+    // Writes of 3 and 5 bytes; writing the same bytes again writes none.
     for (begin, end, bytes) in [(0, 2, 3), (2, 8, 5), (8, 9, 0)] {
         let cycles = cycle(end) - cycle(begin);
         assert!((bytes * WRITE..bytes * WRITE + 3_000).contains(&cycles), "{bytes} bytes in {cycles} cycles");
@@ -92,8 +92,8 @@ fn tasks_share_the_eeprom_and_sleep_while_it_writes() {
     assert_eq!(mcu.eeprom().iter().filter(|byte| **byte != 0xff).count(), 8);
 }
 
-/// As the chip may have it, SPMCSR can't be written while the EEPROM is. A frame that comes as a write
-/// begins, or meanwhile, still wakes its task, and the software interrupt that does so comes once.
+/// The chip may not allow writes to SPMCSR while the EEPROM is written. A frame that comes as a write begins,
+/// or during it, still wakes its task, and the software interrupt for that comes once.
 #[test]
 fn a_frame_that_comes_while_the_eeprom_is_written_is_not_forgotten() {
     const WRITE: u64 = 135_168;
@@ -117,7 +117,7 @@ fn a_frame_that_comes_while_the_eeprom_is_written_is_not_forgotten() {
     }
 }
 
-/// A write is under way when the MCU starts over: the next one waits for it.
+/// A write is under way when the MCU is reset: the next write waits for it.
 #[test]
 fn the_eeprom_is_awaited_after_a_reset() {
     let mut mcu = mcu("board_eeprom");
@@ -173,8 +173,8 @@ fn the_next_start_tells_which_stack_was_overflowed() {
 /// The direction of the joint.
 const JOINT_DIRECTION: Pin = Pin { port: 'C', bit: 0 };
 
-/// What timer 1 and the pin of its output A are set up for, and the duty: that output is the speed of the
-/// joint. The pin itself would show little, for simavr only counts up where this mode counts up and down.
+/// The set-up of Timer1 and of the pin of its output A, and the duty: that output is the speed of the joint.
+/// The pin itself would show little, because simavr only counts up where this mode counts up and down.
 fn joint_speed(mcu: &Mcu) -> [u16; 5] {
     const TCCR1A: u16 = 0x4f;
     const TCCR1B: u16 = 0x4e;
@@ -190,7 +190,7 @@ fn joint_speed(mcu: &Mcu) -> [u16; 5] {
 fn delays_last_and_outputs_switch() {
     let mut mcu = mcu("board_timer");
     let mut before = mcu.run_to_marker(1, 10 * MILLISECOND).expect("the task runs").cycle;
-    // Cycles that each delay may take: never less than asked for; 5 ms end on a tick, the others after a
+    // Cycles that each delay may take: never less than requested; 5 ms end on a tick, the others after a
     // loop.
     let delays: [(u8, Range<u64>); 3] = [(2, 80_000..96_500), (3, 4_800..4_900), (4, 32..100)];
     for (mark, cycles) in delays {
@@ -237,7 +237,7 @@ const MULTIPLEXER: Multiplexer = Multiplexer {
 fn rounds_measure_what_is_asked_for() {
     let mut mcu = mcu("board_adc");
     let volts = |reading: u16| (f64::from(reading) + 0.5) / 1024.0 * 5.0;
-    // Of the joints; of the docks, at rest.
+    // Readings of the joints, and of the docks at rest.
     let pins = [700, 7, 1023, 513, 512, 512, 512].map(volts);
     let multiplexed = [1, 2, 300, 400, 500, 600, 700, 1000].map(volts);
     mcu.set_analog(|analog| {
@@ -246,14 +246,14 @@ fn rounds_measure_what_is_asked_for() {
         analog.multiplexer = Some(MULTIPLEXER);
     });
     let end = mcu.run_to_marker(0x71, 40 * MILLISECOND).expect("all is measured").cycle;
-    // Three rounds, and for each input one that begins after it was asked for and one that ends with it.
+    // Three rounds, and for each input one that begins after the request and one that ends with the reading.
     assert!((11 * MILLISECOND..21 * MILLISECOND).contains(&end), "{end} cycles");
     let expected =
         [1023, 7, 700, 513, 1023, 1, 2, 300, 400, 500, 600, 700, 1000].into_iter().flat_map(u16::to_le_bytes);
     assert_eq!(values(mcu.markers()), expected.chain([0x71]).collect::<Vec<_>>());
     mcu.run_to_marker(0x73, 400 * MILLISECOND).expect("no reading is taken for another's");
     assert!(mcu.pin(POWER_SWITCH));
-    // No current but what is at the edge of what a dock may carry, either way.
+    // Currents at the limit of what a dock may carry, in either direction.
     for reading in [512 - 255, 512 + 255] {
         mcu.set_analog(|analog| analog.pins[4] = volts(reading));
         mcu.run_until(mcu.cycle() + 5 * MILLISECOND);
@@ -272,7 +272,7 @@ fn rounds_measure_what_is_asked_for() {
 const AFTER_POWER_UP: [u8; 2] = [1, 3];
 const AFTER_ANOTHER_RESET: [u8; 2] = [4, 3];
 
-/// Boots, and returns the nonce. What else the image marks must be `marks`.
+/// Boots, and returns the nonce. The image's other marks must be `marks`.
 fn nonce(mcu: &mut Mcu, marks: [u8; 2]) -> u16 {
     assert_eq!(mcu.run_to_end(20 * MILLISECOND), State::Done);
     let marked = values(&mcu.take_markers());

@@ -1,4 +1,4 @@
-//! The bridge between the MCUs of a module: how much it carries, and what it survives.
+//! The bridge between the MCUs of a module: its throughput, and the faults that it survives.
 
 use std::mem::offset_of;
 use std::num::NonZeroU32;
@@ -28,18 +28,17 @@ fn messages_take_four_fifths_of_what_the_wire_can_carry() {
     assert!(efficiency >= 0.8, "{efficiency}");
 }
 
-/// What the bridge of a side counts.
+/// A count of one side's bridge, by its offset.
 fn count(engine: &Engine, side: Controller, offset: usize) -> u16 {
     let module = engine.robot().module(0).expect("there is one");
     let counters = module.mcu(side).read_symbol("BRIDGE").expect("the image has it");
     u16::from_le_bytes([counters[offset], counters[offset + 1]])
 }
 
-/// The bus must carry messages again this long after a fault has ended.
+/// The time after the end of a fault within which the bus must carry messages again.
 const RECOVERY: u64 = START_UP + 20 * MILLISECOND;
 
-/// Asserts that messages come within `RECOVERY`, one at least, and that none is out of turn that was not lost
-/// before.
+/// Asserts that at least one message comes within `RECOVERY`, and that none comes out of turn.
 fn assert_in_service(engine: &mut Engine, when: &str) {
     let [before, lost] = ["IN_TURN", "OUT_OF_TURN"].map(|name| symbol(engine, Controller::Slave, name));
     engine.run_until(engine.cycle() + RECOVERY);
@@ -53,7 +52,7 @@ fn a_bus_that_is_stuck_is_freed() {
     let mut engine = pair();
     engine.run_until(50 * MILLISECOND);
     for clocks in (1..=9).filter_map(NonZeroU32::new) {
-        // At any moment of a transfer.
+        // The fault begins at any moment of a transfer.
         engine.run_until(engine.cycle() + 12_345);
         engine.robot_mut().module_mut(0).expect("there is one").hold_data_wire(clocks);
         assert_in_service(&mut engine, &format!("{clocks} clocks"));
@@ -94,7 +93,7 @@ fn what_is_lost_is_counted() {
         engine.run_until(engine.cycle() + 1_000);
     }
     let gave_up = count(&engine, Controller::Master, offset_of!(BridgeCounters, gave_up));
-    // Each is tried 21 times, about a millisecond apart.
+    // Each message is tried 21 times, about a millisecond apart.
     assert!((5..=10).contains(&gave_up), "{gave_up}");
     engine.run_until(engine.cycle() + RECOVERY);
     let received = count(&engine, Controller::Slave, offset_of!(BridgeCounters, messages_received));

@@ -1,5 +1,5 @@
-//! What the compiler makes of the same computations on the AVR and on the host is the same, at every level of
-//! optimisation and whatever interrupts them.
+//! The same computations have the same results on the AVR and on the host, at every optimisation level and
+//! with interrupts at any place.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -29,7 +29,7 @@ fn a_difference_is_found() {
     assert_eq!(differing("canary-s-fault-shift/canary"), BTreeSet::from(["sign i16"]));
 }
 
-/// It would overwrite two bytes of the stack (docs/toolchain.md).
+/// That function would overwrite two bytes of the stack (docs/toolchain.md).
 #[test]
 fn no_image_multiplies_i32_with_a_check_for_overflow() {
     let programs: Vec<_> = programs(&images());
@@ -40,7 +40,7 @@ fn no_image_multiplies_i32_with_a_check_for_overflow() {
     }
 }
 
-/// How much the linker makes of a program would depend on where it was built (docs/toolchain.md).
+/// With it the size of a program would depend on where it was built (docs/toolchain.md).
 #[test]
 fn no_image_has_debugging_information() {
     let mut programs = programs(&images());
@@ -48,7 +48,7 @@ fn no_image_has_debugging_information() {
     assert!(programs.len() > 20, "{programs:?}");
     for program in programs {
         let bytes = std::fs::read(&program).unwrap_or_else(|error| panic!("{}: {error}", program.display()));
-        let producer = b"clang LLVM (rustc"; // of such information; that of avr-libc's start-up code is always the same
+        let producer = b"clang LLVM (rustc"; // rustc's information; that of avr-libc's code never changes
         assert!(!bytes.windows(producer.len()).any(|bytes| bytes == producer), "{}", program.display());
     }
 }
@@ -62,7 +62,7 @@ fn programs(directory: &Path) -> Vec<PathBuf> {
     elves.chain(directories.iter().flat_map(|directory| programs(directory))).collect()
 }
 
-/// The checks in which the image comes to another digest than the host.
+/// The checks whose digests differ between the image and the host.
 fn differing(image: &str) -> BTreeSet<&'static str> {
     let mut expected = Vec::new();
     canary::run(|name, digest| expected.push((name, digest)));

@@ -1,4 +1,4 @@
-//! Tasks against one loop: what docs/concurrency.md says of both, in short runs.
+//! Tasks against one loop: checks the statements of docs/concurrency.md in short runs.
 
 use std::sync::Arc;
 
@@ -19,7 +19,7 @@ fn row(case: Case, style: Style) -> Row {
     run(&images(), case, style, SECONDS).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Each of the two with its row of this case.
+/// The rows of both programs for this case.
 fn both(case: Case) -> [Row; 2] {
     Style::ALL.map(|style| row(case, style))
 }
@@ -63,8 +63,8 @@ fn sequential_master() -> Image {
     Image::load(path).unwrap_or_else(|error| panic!("{error}; ./x bench concurrency builds it"))
 }
 
-/// Where the modules of a chain have the joints at their fronts, in degrees, every 20 ms from 3 to 9 s: they
-/// walk by a gait that turns no other joint of the master, slowly, so that the joint comes to rest between
+/// The angles of the front joints of a chain's modules, in degrees, every 20 ms from 3 to 9 s. The chain
+/// walks slowly, by a gait that turns no other joint of the master, so that the joint comes to rest between
 /// two orders.
 fn waves(images: Images) -> Vec<f64> {
     let robot = RobotBuilder::chain(images, 3).seed(1).build().expect("the robot can be built");

@@ -1,4 +1,4 @@
-//! What the console tells at a dock, beside what can be seen from outside.
+//! The console's text at a dock, compared with observations from outside.
 
 use std::collections::BTreeMap;
 use std::num::NonZeroU32;
@@ -11,11 +11,11 @@ use tasks::dock::Dock;
 
 const SECOND: u64 = 1000 * MILLISECOND;
 
-/// What stands in a stack's bytes that were never used, behind its control block.
+/// The byte that fills the unused part of a stack, after its control block.
 const PAINT: u8 = 0xa5;
 const CONTROL_BLOCK: usize = 6;
 
-/// What the console calls the tasks, and their stacks' names in the images, with their priorities.
+/// The console's names of the tasks, the names of their stacks in the images, and their priorities.
 const MASTER: [(&str, &str, u16); 11] = [
     ("joints", "MOTORS", 0),
     ("receive", "RECEIVE", 1),
@@ -71,7 +71,7 @@ const LINKS: [(Controller, &str); 6] = [
     (Controller::Slave, "LINK_SOFT_UART"),
 ];
 
-/// The bytes at a symbol whose name ends so.
+/// The bytes of the variable whose name ends with `suffix`.
 fn read(module: &Module, controller: Controller, suffix: &str) -> Vec<u8> {
     let mcu = module.mcu(controller);
     let name = mcu
@@ -88,7 +88,7 @@ fn counts(module: &Module, controller: Controller, symbol: &str, fields: usize) 
     bytes.chunks(2).take(fields).map(|bytes| u16::from_le_bytes([bytes[0], bytes[1]])).collect()
 }
 
-/// The numbers that a console may tell at a moment, by the row and the column in which they stand.
+/// The numbers that a console may report at a moment, by their row and column.
 fn numbers(module: &Module) -> BTreeMap<(String, usize), u16> {
     let mut numbers = BTreeMap::new();
     for (controller, title, tasks) in
@@ -122,7 +122,7 @@ fn numbers(module: &Module) -> BTreeMap<(String, usize), u16> {
     numbers
 }
 
-/// The numbers in a text, likewise.
+/// The numbers in a text, by their row and column.
 fn numbers_told(text: &str) -> BTreeMap<(String, usize), u16> {
     let mut numbers = BTreeMap::new();
     for table in text.split("\n\n").skip(1) {
@@ -141,14 +141,14 @@ fn numbers_told(text: &str) -> BTreeMap<(String, usize), u16> {
     numbers
 }
 
-/// How much of the time a text says that an MCU is awake, and the rest of the line.
+/// The percentage of time that an MCU is awake according to a text, and the rest of the line.
 fn awake<'a>(text: &'a str, mcu: &str) -> (f64, &'a str) {
     let line = text.lines().find_map(|line| line.strip_prefix(&format!("{mcu}: awake for ")));
     let (awake, rest) = line.and_then(|line| line.split_once(" % of 50 ms, ")).expect("the line is there");
     (awake.parse().expect("a number"), rest)
 }
 
-/// Runs until the console has told all, and returns its text.
+/// Runs until the console's text is complete, and returns it.
 ///
 /// # Panics
 /// When that takes more than 10 s.
@@ -175,7 +175,7 @@ fn ask(engine: &mut Engine, module: usize, dock: Dock) {
     engine.robot_mut().change(&Change::Console(Face { module, dock })).expect("the dock is free");
 }
 
-/// robots/console.toml: what the spine tells lies between what can be read out of its RAM before and after.
+/// robots/console.toml: each number that the spine reports lies between its values in RAM before and after.
 #[test]
 fn a_spine_tells_what_is_so() {
     let Scenario { wiring, timeline, .. } =
@@ -203,11 +203,12 @@ fn a_spine_tells_what_is_so() {
     }
 }
 
-/// What interrupts take of an idle MCU, in percent, which counts as idle: an interrupt's time is that of what
-/// it found. The most is the slave's, which each millisecond's tick wakes for the joints.
+/// The most that interrupts take of an idle MCU's time, in percent. It counts as idle, because an interrupt's
+/// time belongs to what it preempts. The slave has the most: each millisecond's tick wakes it for the joints.
 const INTERRUPTS_OF_IDLENESS: f64 = 1.5;
 
-/// A module alone does the same all the time: what its inspectors find in 50 ms is so for a second.
+/// A lone module does the same all the time, so the load that its inspectors measure in 50 ms also holds for
+/// a second.
 #[test]
 fn the_load_is_what_it_is_without_a_console() {
     let mut engine = lone_module();
@@ -245,8 +246,8 @@ fn every_dock_tells_the_same() {
     }
 }
 
-/// Where runs stop, as for a page or a recording, changes nothing; and a console is asked when it is, also
-/// before the module's power comes.
+/// Stops of a run, as for a page or a recording, change nothing. The console is asked at the same time in all
+/// runs, even before the module has power.
 #[test]
 fn a_run_with_stops_is_the_same_run() {
     for (asked_at, within) in [(0, 0), (0, 40 * MILLISECOND), (300 * MILLISECOND, 0)] {
@@ -278,7 +279,8 @@ fn a_master_that_does_not_answer_is_told_of() {
     assert!(!text.contains("HORMONE") && text.contains("\nconsole                6 "), "{text}");
 }
 
-/// Where a terminal was a module is attached, in the midst of a text: to that module it is no request.
+/// A module is attached in place of a terminal, in the middle of a text. It does not take the text for a
+/// request.
 #[test]
 fn a_neighbour_in_place_of_a_terminal_takes_no_harm() {
     let robot = RobotBuilder::new(firmware(), 2).seed(1).build().expect("it can be built");

@@ -1,5 +1,5 @@
-//! The interpreter of the harness and simavr's own do the same: every image of the tests, and the robot, end
-//! in the same state by both.
+//! The harness's interpreter and simavr's own do the same: every test image, and the robot, end in the same
+//! state with both.
 
 use std::fs;
 use std::sync::Arc;

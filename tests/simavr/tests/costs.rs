@@ -1,11 +1,11 @@
-//! What the documentation says of a call's cycles, where no figure of `./x bench` does.
+//! The documented cycles of calls that have no figure in `./x bench`.
 
 use superbot_tests_simavr::{MILLISECOND, mcu};
 
-/// The mark at the end of a stretch has this set besides the stretch's number.
+/// The bit that the mark at the end of a stretch has set besides the stretch's number.
 const END: u8 = 0x80;
 
-/// Of two marks the later one's own cycles.
+/// The later mark's own cycles.
 const MARK: u64 = 2;
 
 /// The least and the most that each stretch of `board_costs` has taken, from 1 on.
@@ -31,7 +31,7 @@ fn calls_take_what_the_documentation_says() {
     else {
         panic!("{measured:?}")
     };
-    // `Mutex::lock`, and docs/examples/mutexes.md. In a program that tries a mutex, too, it is a call more.
+    // `Mutex::lock`, and docs/examples/mutexes.md. A program that also calls `try_lock` takes one call more.
     for (name, (least, most), said) in [
         ("to lock at the ceiling", lock, 55..=70),
         ("to unlock at the ceiling", unlock, 65..=75),
@@ -51,7 +51,7 @@ fn calls_take_what_the_documentation_says() {
     }
 }
 
-/// Whether so many cycles are less than an eighth away from what is said.
+/// Whether `cycles` is less than an eighth away from `said`.
 fn is_about(cycles: u64, said: u64) -> bool {
     cycles.abs_diff(said) * 8 < said
 }

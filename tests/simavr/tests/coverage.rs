@@ -1,4 +1,4 @@
-//! What the report of the coverage finds, and what it does not take for a gap.
+//! The gaps that the coverage report finds, and code that it must not take for a gap.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -7,9 +7,9 @@ use simavr_harness::{Image, State};
 use superbot_tests_simavr::coverage::{Found, Functions, What};
 use superbot_tests_simavr::target::{ATMEGA128, Target};
 
-/// A function of the kernel's that every image with a semaphore has.
+/// A function of the kernel that every image with a semaphore has.
 const FUNCTION: &str = "kernel::ready::append";
-/// How its mangled name ends.
+/// The end of its mangled name.
 const MANGLED: &str = "6kernel5ready6append";
 
 /// A test image with an empty record of its own.
@@ -19,12 +19,12 @@ fn image(target: &Target, name: &str, record: &str) -> Image {
     let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{record}-{}", std::process::id()));
     std::fs::write(&file, []).expect("the file can be written");
     image.record_coverage(&file).expect("the file can be mapped");
-    // What is mapped stays.
+    // The mapping stays.
     std::fs::remove_file(file).expect("it can be removed");
     image
 }
 
-/// The same, run to its end.
+/// A test image with a record of its own, run to its end.
 fn run(target: &Target, name: &str, record: &str) -> Image {
     let image = Arc::new(image(target, name, record));
     let mut mcu = target.mcu(image.clone());
@@ -54,7 +54,7 @@ fn what_does_not_run_is_a_gap_and_what_does_is_none() {
     assert!(left.iter().all(|found| found.gap != whole.gap), "{left:?}");
     let bytes = |found: &Found| found.gap.to - found.gap.from;
     assert!(left.iter().map(bytes).sum::<u32>() < u32::from(size) / 2, "most of it runs: {left:?}");
-    // This image counts and wakes in one order only: interrupts would go other ways.
+    // This image counts and wakes in one order only; interrupts would take other paths.
     assert!(left.iter().any(|found| found.gap.what != What::NeverExecuted), "{left:?}");
 }
 
@@ -63,7 +63,7 @@ fn images_add_up_where_the_code_is_the_same() {
     let other = Target::named("atmega1284p").expect("it is one of them");
     let one = run(ATMEGA128, "semaphore", "one");
     let never = image(other, "semaphore", "other-never");
-    // The linker has put it elsewhere, and it refers to other addresses.
+    // The linker has put the function elsewhere, and it refers to other addresses.
     assert_eq!(gaps(&[&one, &never]), gaps(&[&one]));
     let two = run(ATMEGA128, "preemption", "two");
     let (of_one, of_both) = (gaps(&[&one]), gaps(&[&one, &two]));

@@ -1,4 +1,4 @@
-//! What the kernel says of its tasks' times is what the CPU has done.
+//! The kernel's times of tasks are the cycles that the CPU has spent on them.
 
 use simavr_harness::{Mcu, Place};
 use superbot_tests_simavr::mcu;
@@ -7,20 +7,20 @@ use superbot_tests_simavr::mcu;
 const BEGUN: u8 = 1;
 const DONE: u8 = 2;
 
-/// How the mangled names of statics end.
+/// The ends of the mangled names of statics.
 const KERNEL: &str = "6kernel6KERNEL";
 const IDLE: &str = "6kernel4IDLE";
 
-/// Where in `Kernel` the running task stands.
+/// The offset of the running task in `Kernel`.
 const RUNNING: u16 = 2;
 
-/// The image's stacks but for idle, in the order of its report; of an array the number of the one that is
-/// meant, and how many there are.
+/// The image's stacks except idle's, in the order of its report: the name, the index in an array, and the
+/// array's length.
 const STACKS: [(&str, u16, u16); 4] =
     [("CONTROL", 0, 1), ("WORKERS", 0, 2), ("WORKERS", 1, 2), ("REPORTER", 0, 1)];
 
-/// The most cycles of a switch between where its time is charged and where the running task is another one.
-/// With interrupts in between it may be more, but seldom.
+/// The most cycles of a switch from charging the time to changing the running task. With interrupts in
+/// between it may be more, but rarely.
 const SWITCH: u64 = 64;
 
 /// The most cycles from the last times that the report reads to its mark.
@@ -38,13 +38,13 @@ fn times_are_those_that_tasks_had() {
     let blocks = [tasks[0], tasks[1], tasks[2], idle, tasks[3]];
 
     let begun = mcu.run_to_marker(BEGUN, 1_000_000).expect("the clock starts").cycle;
-    // The cycles that each was the running task, and how often it became that.
+    // The cycles during which each was the running task, and how often it became the running task.
     let mut cycles = [0; 5];
     let mut switches = [0; 5];
     let mut before = (mcu.cycle(), 3);
     while mcu.markers().last().map(|mark| mark.value) != Some(DONE) {
         let [low, high] = [running, running + 1].map(|address| mcu.read(address).expect("there is RAM"));
-        // Between the stores of its two bytes it is none of them.
+        // Between the stores of its two bytes the pointer is no task's.
         let task =
             blocks.iter().position(|&block| block == u16::from_le_bytes([low, high])).unwrap_or(before.1);
         mcu.step();
@@ -72,7 +72,7 @@ fn times_are_those_that_tasks_had() {
     assert!(total.abs_diff(passed) < REPORT, "{total} in all, {passed} passed");
 }
 
-/// Where the static lies whose mangled name ends like this, and its size.
+/// The address and the size of the static whose mangled name ends with `name`.
 fn data(mcu: &Mcu, name: &str) -> (u16, u16) {
     let mut all = mcu.image().symbols().filter(|(mangled, _)| mangled.ends_with(name));
     match all.next().map(|(_, symbol)| (symbol.place, symbol.size)) {

@@ -1,5 +1,5 @@
-//! Docks, sensors and power of a module on their plants: a behaviour on the master asks, devices of both MCUs
-//! report.
+//! Docks, sensors and power of a module on their plants: a behaviour on the master sends requests, and
+//! devices of both MCUs report.
 
 use plants::dock::reflected;
 use plants::joint::Joint;
@@ -17,7 +17,7 @@ use tasks::power::switch::Switch;
 use tasks::request::Report;
 use tasks::sensor::Sensor;
 
-/// A module, and what its devices have reported so far.
+/// A module, and its devices' reports so far.
 struct Rig {
     engine: Engine,
     marks: Vec<u8>,
@@ -42,7 +42,7 @@ impl Rig {
         self.marks.extend(master.map(|event| event.value));
     }
 
-    /// The next report, with the milliseconds that it took. `each` is done before each of them.
+    /// The next report, with the milliseconds that it took. `each` is called before each millisecond.
     fn report(&mut self, mut each: impl FnMut(&mut simavr_harness::Body)) -> (Report, u64) {
         for milliseconds in 0..5_000 {
             let marked = self.marks[self.read..].first_chunk::<4>().copied();
@@ -57,7 +57,7 @@ impl Rig {
         panic!("no report after {:x?}", self.marks);
     }
 
-    /// The value that the next report has to be of.
+    /// The value of the next report, which has to be about `sensor`.
     fn value(&mut self, sensor: Sensor) -> i16 {
         match self.report(|_| ()).0 {
             Report::Value(of, value) if of == sensor => value,
@@ -79,7 +79,7 @@ fn devices_do_and_tell() {
     let near = |value: i16, expected: i16, error: i16| {
         assert!(value.abs_diff(expected) <= error.unsigned_abs(), "{value}, not {expected}");
     };
-    // Who of both MCUs is first does not matter.
+    // The order of the two MCUs does not matter.
     let mut off = Axis::ALL.map(|_| rig.report(|_| ()).0);
     off.sort_by_key(|report| format!("{report:?}"));
     let mut expected = Axis::ALL.map(|axis| Report::Joint(axis, joint::State::Off));
@@ -114,7 +114,7 @@ fn devices_do_and_tell() {
     for dock in [Dock::Left, Dock::Down] {
         rig.run(20);
         rig.body().dock_amperes[usize::from(dock.index())] = 3.0;
-        // The board opens the switch within 3.2 ms. On the way to the behaviour there may be I2C.
+        // The board opens the switch within 3.2 ms. The report may have to cross the I2C bus.
         let (report, milliseconds) = rig.report(|_| ());
         assert_eq!(report, Report::Switch(dock, Switch::Tripped));
         assert!(milliseconds <= 6, "{milliseconds} ms");
@@ -125,7 +125,7 @@ fn devices_do_and_tell() {
         near((rig.body().joint(axis).degrees() * 10.0) as i16, 100, 6);
     }
 
-    // First there is no dock before Front; then there is, where the joint faces it at 18 degrees.
+    // At first there is no dock before Front; then there is one, which the joint faces at 18 degrees.
     assert_eq!(rig.report(|_| ()).0, Report::Lost(Dock::Front));
     let (report, _) = rig.report(|body| {
         let askew = body.joint(Axis::Front).degrees() - 18.0;

@@ -1,6 +1,6 @@
-//! The two engines, held against each other: simavr with the images, and the native one over its model of
-//! what takes time. The same types, the same hormones in the same order, legs that do the same, also when the
-//! robot is turned over, and times that lie close.
+//! Compares the two engines: simavr with the images, and the native one with its model of times. Types, the
+//! order of hormones and the actions of legs must be the same, also when the robot is turned over, and times
+//! must be close.
 
 use hormone::action::Action;
 use hormone::event::Event;
@@ -9,7 +9,7 @@ use simavr_harness::{Engine, Physics, RobotBuilder};
 use simulation::{Change, Hops, Motion, Native, Robot, Run, Scenario, Shape, Terrain};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 
-/// How long robots run, and how often modules are looked at: never when a beat is due.
+/// How long robots run, and how often modules are sampled: never when a beat is due.
 const END: u64 = 5_000 * MILLISECOND;
 const LOOK: u64 = 100 * MILLISECOND;
 
@@ -19,32 +19,32 @@ const DISCOVERY: u64 = 150 * MILLISECOND;
 /// Modules get their power within this time, in both engines at the same moments.
 const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 
-/// How far apart the engines may be in when a module does something with a hormone: on each hop a probe may
-/// be in the way in the one, and not in the other.
+/// How far apart in time the engines may handle a hormone, for each hop: a probe may be in the way in one
+/// engine and not in the other.
 const APART_PER_HOP: u64 = 3 * MILLISECOND;
 
 /// How far apart their mean hop latencies may be, in parts of the longer.
 const LATENCY_APART: f64 = 0.06;
 
-/// Of so many hormones no more than one is repeated in either engine, over all seeds: nothing is lost here
-/// but what ends that send at once drown, and when they do is left to chance. At first, while links are new
-/// and probed quickly, that happens more often.
+/// No more than one in so many hormones is repeated in either engine, over all seeds. A frame is lost here
+/// only when both ends send at once, and chance decides when they do. At first, while links are new and
+/// probed quickly, that happens more often.
 const FEW_REPEATED: u64 = 20;
 const FEW_REPEATED_AT_FIRST: u64 = 10;
 const AT_FIRST: u64 = 1_000 * MILLISECOND;
 
-/// By what part of the way in simavr the ways may differ that a robot comes in a world, and in what time.
+/// How much a robot's distance in a world may differ, as a fraction of that in simavr, and the time for it.
 const WAY_APART: f64 = 0.1;
 const WALK: u64 = 7_000 * MILLISECOND;
 
-/// How the robot is turned, and when: in the middle of a beat, and not when modules are looked at.
+/// When the robot is turned, and by how much: in the middle of a beat, and not when modules are sampled.
 const TURNS: [(u64, f64); 2] = [(2_230 * MILLISECOND, 180.0), (3_730 * MILLISECOND, 0.0)];
 
-/// What was seen of a robot.
+/// The observations of a robot.
 struct Seen {
-    /// By module, what HORMONE did with hormones, and when.
+    /// By module, the events of HORMONE, and when.
     hormones: Vec<Vec<(Event, u64)>>,
-    /// By module, its type and its action, as often as it was looked at after discovery.
+    /// By module, its type and its action, in each sample after discovery.
     looks: Vec<Vec<(ModuleType, Action)>>,
     hops: Hops,
     /// Frames repeated: at first, and later.
@@ -96,7 +96,7 @@ fn both(shape: Shape, modules: usize, seed: u64, turns: &[(u64, f64)]) -> [Seen;
 }
 
 fn assert_alike(shape: Shape, modules: usize, turns: &[(u64, f64)]) {
-    // Of each engine, frames that were repeated at first and later, and hormones that came.
+    // For each engine: frames repeated at first and later, and hormones delivered.
     let mut repeated = [([0; 2], 0); 2];
     for seed in 1..=3 {
         let [simavr, native] = both(shape, modules, seed, turns);

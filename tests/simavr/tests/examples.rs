@@ -1,6 +1,6 @@
-//! Each example has a page in docs/examples, which shows its program, what that prints, and what the kernel's
-//! part costs. What the page shows is held against the source, a run in simavr and the kernel's figures;
-//! `UPDATE_EXPECTED=1` writes it anew.
+//! Each example has a page in docs/examples, which shows its program, its output, and what the kernel's part
+//! costs. The tests compare the page with the source, a run in simavr and the kernel's figures;
+//! `UPDATE_EXPECTED=1` rewrites it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -82,8 +82,8 @@ fn renewed(page: &str, program: &str, output: &str) -> String {
     renewed
 }
 
-/// The row of a table, "| `figure` | value unit |", with the value that the figure has; any other line as it
-/// is.
+/// The row of a table, "| `figure` | value unit |", with the figure's present value; any other line
+/// unchanged.
 fn with_figure(line: &str, figures: &BTreeMap<&str, &str>) -> String {
     let row = line.strip_prefix("| `").and_then(|rest| {
         let (name, rest) = rest.split_once("` | ")?;

@@ -11,7 +11,7 @@ use tasks::dock::Dock;
 
 const MODULES: usize = 5;
 
-/// How many modules are ahead of each, as it has found out.
+/// The number of modules ahead of each module, as the module has found it.
 fn places(engine: &Engine, controller: Controller) -> Vec<u8> {
     let place = |module| {
         let mcu = engine.robot().module(module).expect("the module is there").mcu(controller);
@@ -41,7 +41,7 @@ fn runs(images_of: &str, controller: Controller) {
     let mut engine = Engine::new(robot, 2);
     let second = u64::from(CLOCK_HZ);
 
-    // A module starts to tell when it starts: as far as the last one it takes a period each at most.
+    // A module sends from its start on, so the count reaches the last module after at most a period for each.
     engine.run_until(MODULES as u64 * second);
     assert_eq!(places(&engine, controller), [0, 1, 2, 3, 4]);
 

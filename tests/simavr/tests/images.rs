@@ -1,4 +1,4 @@
-//! Modules with another image walk along with the rest: here one whose table of rules is another.
+//! A module with another image walks along with the rest; here its table of rules differs.
 
 use std::sync::Arc;
 
@@ -34,7 +34,7 @@ fn robot(lame_modules: &[usize]) -> Engine {
     Engine::new(robot.build().expect("it can be built"), 2)
 }
 
-/// What it does.
+/// The robot at the end of a run, and its trace events.
 fn trace_events(lame_modules: &[usize]) -> (Engine, Vec<TraceEvent>) {
     let mut engine = robot(lame_modules);
     engine.run_until(END);
@@ -60,7 +60,7 @@ fn who_has_another_image_acts_by_its_rules_and_all_others_walk_on() {
         let expected = if leg == LEGS[1] { vec![Holding; before.len()] } else { before };
         assert_eq!(now, expected, "module {leg}");
     }
-    // A leg sends to nobody: what all others do with their hormones does not change.
+    // A leg sends no hormones, so the events of all other modules do not change.
     let others = |trace_events: Vec<TraceEvent>| {
         trace_events
             .into_iter()

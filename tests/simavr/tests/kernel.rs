@@ -1,4 +1,4 @@
-//! The kernel's primitives on each MCU: what happens in which order, and in how many cycles.
+//! The kernel's primitives on each MCU: the order of events, and the cycles between them.
 
 use std::path::Path;
 
@@ -43,7 +43,7 @@ fn delays_and_timers_end_on_their_tick() {
 /// The most cycles from the edge to the woken task's mark.
 const LATENCY: u64 = 220;
 
-/// Cycles that this may take more where a return address takes 3 bytes.
+/// The additional cycles where a return address has 3 bytes.
 const LONGER: u64 = 8;
 
 #[test]
@@ -92,8 +92,8 @@ fn a_preempted_task_keeps_its_rampz() {
 }
 
 /// "The instruction following SEI will be executed before any pending interrupts" (ATmega128 datasheet,
-/// "Reset and Interrupt Handling"), also when the outside acts right then: the kernel sets the stack
-/// pointer's two halves around it.
+/// "Reset and Interrupt Handling"), also when a pin changes right then. The kernel sets the stack pointer's
+/// two halves around `sei`.
 #[test]
 fn the_instruction_after_sei_runs_before_an_interrupt_from_outside() {
     for target in TARGETS {

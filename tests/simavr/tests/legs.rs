@@ -13,7 +13,7 @@ const END: u64 = 17 * SECOND;
 /// How long the slowest module takes to notice a change: one that a neighbour is gone.
 const DISCOVERY: u64 = 300 * MILLISECOND;
 
-/// From a change until the gait is right, in Periods.
+/// The most Periods from a change until the gait is right.
 const MOST_PERIODS: f64 = 1.3;
 
 /// How many legs walk before the first event, and after each.
@@ -31,8 +31,8 @@ fn engine(builder: RobotBuilder) -> Engine {
     Engine::new(builder.build().expect("it can be built"), 2)
 }
 
-/// Runs a robot through the file's events. A Period and the time of discovery after each, every module knows
-/// its neighbours and its type, the gait is right, and as many legs walk as there are.
+/// Runs a robot through the file's events. Asserts that, a Period and the time of discovery after each, every
+/// module knows its neighbours and its type, the gait is right, and all legs walk.
 fn assert_comes_right<R: Robot>(robot: R, name: &str) -> Run<R> {
     let timeline = scenario().timeline;
     let moments: Vec<u64> = std::iter::once(0).chain(timeline.iter().map(|event| event.at)).collect();

@@ -1,4 +1,4 @@
-//! All tests in simavr, in one program: it is linked once, and its threads have something to do to the end.
+//! All tests in simavr, in one program: it is linked once, and keeps its threads busy to the end.
 //! `cargo test -p superbot-tests-simavr kernel::` runs those of one file.
 
 mod agreement;

@@ -24,7 +24,7 @@ fn order(engine: &mut Engine, number: u8, period: u8) {
     engine.robot_mut().change(&order).expect("it can happen");
 }
 
-/// What modules do some seconds after all are reset.
+/// The actions of the modules some seconds after all are reset.
 fn after_reset(engine: &mut Engine) -> Vec<hormone::action::Action> {
     for module in 0..MODULES {
         engine.robot_mut().change(&Change::Reset { module, mcus: Mcus::Both }).expect("it can happen");
@@ -33,7 +33,7 @@ fn after_reset(engine: &mut Engine) -> Vec<hormone::action::Action> {
     (0..MODULES - 1).filter_map(|module| engine.status(module)).map(|status| status.action).collect()
 }
 
-/// The same, so long after an order.
+/// The same, with the reset `wait` cycles after an order.
 fn after_order_and_reset(wait: u64) -> Vec<hormone::action::Action> {
     let mut engine = chain();
     engine.run_until(SECOND);
@@ -56,8 +56,8 @@ fn periods(engine: &Engine) -> [u16; MODULES] {
     })
 }
 
-/// What a write to the EEPROM does to the software interrupt only the chip tells. Joints that move meanwhile
-/// miss two periods of three then, and no more; the order is kept, and nobody starts over.
+/// Only the chip itself can show what a write to the EEPROM does to the software interrupt. Joints that move
+/// meanwhile miss two periods of three, and no more; the order is kept, and no MCU is reset.
 fn a_robot_bears(disturbance: WhileWriting) {
     let mut engine = chain();
     for index in 0..MODULES {

@@ -1,5 +1,5 @@
-//! The kernel on the MCU against the reference of the host tests, a part of it: `./x model` plays more. And
-//! what it would find.
+//! Compares the kernel on the MCU with the reference of the host tests, in part: `./x model` plays more. Also
+//! checks that planted faults are found.
 
 use kernel::LONGEST;
 use kernel::Priority::{self, P3, P4, P5};
@@ -26,7 +26,8 @@ fn the_kernel_does_what_the_reference_does_on_every_mcu() {
     }
 }
 
-/// Plays scripts of these steps and one call more, inside of which an interrupt makes a call: at any cycle.
+/// Plays scripts of these steps and one more call, with an interrupt inside of it that makes a call, at every
+/// cycle.
 fn interrupt_everywhere(setup: &Setup, before: &[Call], call: Call, of_interrupt: Call) {
     let subject = Subject::new(ATMEGA128, image("model"));
     let mut player = Player::new(&subject);
@@ -40,7 +41,7 @@ fn interrupt_everywhere(setup: &Setup, before: &[Call], call: Call, of_interrupt
     }
 }
 
-/// Tasks that are all started, and then these calls.
+/// A setup in which all tasks are started, and then these calls are made.
 fn tasks(priorities: &[Priority], boot: &[Call]) -> Setup {
     Setup {
         priorities: priorities.to_vec(),
@@ -72,7 +73,7 @@ fn an_isr_starts_a_task_that_is_killed_for_the_second_time() {
     interrupt_everywhere(&setup, &[], Call::Kill { task: 1 }, Call::Start { task: 1 });
 }
 
-/// Seeds whose scripts once did what the reference does not.
+/// Seeds whose scripts once disagreed with the reference.
 #[test]
 fn a_message_comes_for_a_task_whose_time_is_up_and_that_has_not_left_its_line() {
     for (mcu, seed) in [("atmega128", 27_131), ("atmega328p", 2_423)] {
@@ -108,7 +109,7 @@ fn interrupt(call: Call) -> Step {
 
 #[test]
 fn two_tasks_above_the_ceiling_wait_for_one_mutex() {
-    // The first two wait until the third has the mutex, and then for that.
+    // The first two wait until the third has the mutex, and then wait for the mutex.
     let setup = Setup { ceilings: vec![P4], ..tasks(&[P3, P3, P5], &[]) };
     let go = Call::Wait { semaphore: 0 };
     let lock = Call::Lock { mutex: 0 };
@@ -117,7 +118,7 @@ fn two_tasks_above_the_ceiling_wait_for_one_mutex() {
     for (first, second) in [(lock, lock), (lock, in_time), (in_time, lock), (in_time, in_time)] {
         let begin = [go, go, lock].map(call);
         let meet = [post.clone(), call(first), post.clone(), call(second)];
-        // Each unlocks, and waits again for the next to run.
+        // Each unlocks, and waits again so that the next one runs.
         let unlock = [Call::Unlock, Call::Unlock, go, Call::Unlock].map(call);
         play(&setup, &[&begin[..], &meet, &unlock].concat());
         // Some give up in the second tick.
@@ -136,7 +137,7 @@ fn a_time_beyond_the_longest_counts_as_that() {
     play(&setup, &[call(wait), Step::Silence(LONGEST - 1), Step::Silence(1), call(Call::Now)]);
 }
 
-/// Plays until a fault of the kernel shows.
+/// Plays until a planted fault of the kernel is found.
 fn find_fault(fault: &str) {
     let subject = Subject::new(ATMEGA128, image(&format!("fault-{fault}/model")));
     let total = run(&subject, 200_000);

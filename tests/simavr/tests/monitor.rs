@@ -1,4 +1,4 @@
-//! The monitor, typed to over a serial line.
+//! The monitor, driven over a serial line.
 
 use simavr_harness::{Character, Mcu, Place};
 use superbot_tests_simavr::{MILLISECOND, image, mcu};
@@ -8,7 +8,7 @@ fn ask(mcu: &mut Mcu, line: &str) -> String {
     ask_slowly(mcu, line, 0)
 }
 
-/// The same, with so many milliseconds behind each character.
+/// The same, with a pause of so many milliseconds after each character.
 fn ask_slowly(mcu: &mut Mcu, line: &str, milliseconds: u64) -> String {
     let frame = mcu.usart_frame_cycles(0).expect("the transmitter is on");
     for value in line.bytes().chain([b'\r']) {
@@ -33,7 +33,7 @@ fn monitor() -> Mcu {
     mcu
 }
 
-/// What the reply to `x` and `n` begins with: the program counter.
+/// The program counter, with which the reply to `x` and `n` begins.
 fn pc(reply: &str) -> u32 {
     let digits =
         reply.strip_prefix("pc ").and_then(|rest| rest.get(..6)).unwrap_or_else(|| panic!("{reply}"));
@@ -57,7 +57,7 @@ fn tasks_are_listed_suspended_stepped_resumed_and_killed() {
     );
 
     assert_eq!(ask(&mut mcu, &format!("w {count:x} 0 0")), "done\r\n");
-    // Its stack is untouched while the task is suspended, and what it counts stands still.
+    // While the task is suspended its stack is untouched, and its count stands still.
     assert_eq!(ask(&mut mcu, "s COUNTER"), "done\r\n");
     let stopped_at = word(&mcu);
     assert!((1_000..60_000).contains(&stopped_at), "it has run: {stopped_at}");
@@ -133,7 +133,7 @@ fn mistakes_are_explained() {
         let reply = ask(&mut mcu, line);
         assert!(reply.starts_with("? ") && reply.contains(reason), "{line}: {reply}");
     }
-    // What it waits for keeps it from a step; its registers are not saved.
+    // A waiting task can't be stepped, and its registers are not saved.
     assert_eq!(ask(&mut mcu, "s WAITER"), "done\r\n");
     assert!(ask(&mut mcu, "n WAITER").starts_with("? not now"));
     assert!(ask(&mut mcu, "x WAITER").starts_with("? it gave way by itself"));

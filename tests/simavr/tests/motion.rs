@@ -1,4 +1,4 @@
-//! Joints of whole modules on their plants: what the images make of an action.
+//! Joints of whole modules on their plants: how the images carry out an action.
 
 use plants::joint::{Joint, PotentiometerFault};
 use simavr_harness::bench::module::{Weight, under_weight};
@@ -59,7 +59,7 @@ fn joints_go_straight_and_rest_there() {
     assert!(angles(&engine)[2].abs() <= 0.3, "{:?}", angles(&engine));
 }
 
-/// HORMONE on the master has told the slave's joint long ago where to be.
+/// HORMONE on the master has sent the target of the slave's joint long before.
 #[test]
 fn a_joint_whose_mcu_was_reset_is_told_again() {
     let mut engine = bent_chain();

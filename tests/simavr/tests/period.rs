@@ -1,4 +1,4 @@
-//! When the periods of the joints' control begin, whatever comes just then.
+//! When the periods of the joints' control begin, with other events at the same moment.
 
 use simavr_harness::{CONTROL_PROBE, Character, Controller, Engine, Mcu, RobotBuilder};
 use simulation::Shape;
@@ -9,32 +9,33 @@ use superbot_tests_simavr::{MILLISECOND, firmware};
 /// The module in the middle of three: its joints are controlled.
 const MIDDLE: usize = 1;
 
-/// The begin of a period is held up by no more than what is left of one short vector, in cycles: its
-/// registers are restored, and Timer2's saved.
+/// A period's begin is held up by no more than the rest of one short vector, in cycles: that vector restores
+/// its registers, and Timer2's saves its own.
 const HELD_UP: u64 = 60;
 
-/// With what else comes to the module by no more than this, in cycles, in one robot of [`ROBOTS`],
+/// With the module's other events it is held up by no more than this, in cycles, in at least one robot of
+/// [`ROBOTS`].
 const IN_TIME: u64 = 110;
 
-/// and by no more than 20 us in any.
+/// In no robot is it held up by more than 20 us, in cycles.
 const AT_MOST: u64 = 320;
 
-/// Something pulls at the joints the other way after so many periods, so that they are never at rest.
+/// The pull at the joints changes its direction after so many periods, so that they are never at rest.
 const TURN: u64 = 40;
 
 fn mcu(engine: &mut Engine, controller: Controller) -> &mut Mcu {
     engine.robot_mut().module_mut(MIDDLE).expect("it is there").mcu_mut(controller)
 }
 
-/// Each moment is tried so often: what else comes just then at one of them is not the bit's affair.
+/// How often each moment is tried: another event may come at the same moment in one of the tries.
 const TRIES: usize = 3;
 
-/// So many robots are tried, of one seed each: what else comes as the control ends is by chance.
+/// How many robots are tried, each with its own seed: the other events as the control ends depend on chance.
 const ROBOTS: u64 = 5;
 
-/// How much later the period begins than usual where a bit that comes in ends so many cycles behind that, at
-/// most of all `moments` and at least of all tries of one. `usual` is when one begins of which the next ones
-/// follow by a millisecond each.
+/// How much later than usual a period begins if a received bit ends so many cycles after the usual begin: the
+/// most over all `moments` of the least over a moment's tries. `usual` is the begin of one period; the next
+/// ones follow by a millisecond each.
 fn held_up(
     engine: &mut Engine,
     controller: Controller,
@@ -56,8 +57,8 @@ fn held_up(
     late.chunks(TRIES).filter_map(|tries| tries.iter().min()).copied().max().unwrap_or(0)
 }
 
-/// A robot of this seed whose middle module's joints are controlled, and when periods of this MCU begin:
-/// within each millisecond.
+/// A robot of this seed whose middle module's joints are controlled, and the offset within each millisecond
+/// at which this MCU's periods begin.
 fn controlled(controller: Controller, seed: u64) -> (Engine, u64) {
     let wiring = Shape::Chain.wiring(3).expect("a chain may be so long");
     let robot = RobotBuilder::wired(firmware(), &wiring).seed(seed).build().expect("the robot can be built");
@@ -71,7 +72,7 @@ fn controlled(controller: Controller, seed: u64) -> (Engine, u64) {
     (engine, phase)
 }
 
-/// When periods have begun since this was last asked.
+/// The begins of periods since the last call.
 fn begins(engine: &mut Engine, controller: Controller) -> impl Iterator<Item = u64> {
     let edges = mcu(engine, controller).take_edges(0);
     edges.into_iter().filter(|edge| edge.level).map(|edge| edge.cycle)

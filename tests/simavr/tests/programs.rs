@@ -1,4 +1,4 @@
-//! The programs behind `./x example`, `./x sweep` and `./x model` refuse what they would ignore.
+//! The programs behind `./x example`, `./x sweep` and `./x model` refuse arguments that they would ignore.
 
 use std::process::Command;
 

@@ -1,4 +1,4 @@
-//! A second emulator's opinion: the kernel's test images do in QEMU what they do in simavr.
+//! A second emulator: the kernel's test images do the same in QEMU as in simavr.
 
 use std::path::Path;
 use std::process::Command;
@@ -13,7 +13,7 @@ use superbot_tests_simavr::qemu::{Hung, MACHINES, Machine};
 /// More time than any of these programs needs in QEMU, on a loaded machine too.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Time in which a program comes to its end on any machine, if it does at all.
+/// The time in which a program ends on any machine, if it ends at all.
 const SHORT: Duration = Duration::from_secs(2);
 
 /// The image's marks in simavr.
@@ -24,7 +24,7 @@ fn in_simavr(machine: &Machine, name: &str) -> Vec<u8> {
     values(mcu.markers())
 }
 
-/// What it sends in QEMU.
+/// The image's output in QEMU.
 fn in_qemu(machine: &Machine, name: &str, limit: Duration) -> Result<Vec<u8>, Hung> {
     machine.run(&machine.image(name), limit)
 }
@@ -39,8 +39,8 @@ fn tasks_run_and_delays_end_in_the_same_order_in_qemu() {
     }
 }
 
-/// QEMU has no pins: a timer interrupts once in each tick. When it does depends on the speed of the host, and
-/// so does how far the busy task comes meanwhile.
+/// QEMU has no pins, so a timer interrupts once in each tick. The moment depends on the speed of the host,
+/// and so does the progress of the busy task.
 #[test]
 fn an_interrupt_preempts_a_busy_task_and_leaves_its_registers_in_qemu() {
     const BEGUN: u8 = 1;
@@ -69,9 +69,9 @@ fn skip_over(machine: &Machine, instruction: &str, number: usize) -> std::path::
     elf
 }
 
-/// QEMU's fault without the kernel: behind a skip over an instruction that goes where the stack or Z says,
-/// the program does not go on. Prints what this QEMU does with each of them; a QEMU without the fault is
-/// welcome.
+/// QEMU's fault without the kernel: after a skip over an instruction that jumps to an address from the stack
+/// or Z, the program does not continue. Prints what this QEMU does with each; a QEMU without the fault is
+/// fine, too.
 #[test]
 fn a_skip_over_an_indirect_jump_goes_wrong_in_qemu() {
     const RIGHT: [&str; 3] = ["nop", "rjmp not_skipped", "rcall not_skipped"];

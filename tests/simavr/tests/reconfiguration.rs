@@ -12,15 +12,15 @@ use tasks::dock::Dock::{Back, Front};
 const SECOND: u64 = 1000 * MILLISECOND;
 const MODULES: usize = 6;
 
-/// From the order on: it is closed by this time, and rolls by this one.
+/// Times after the order by which the ring is closed, and by which it rolls.
 const CLOSED: u64 = 6 * SECOND;
 const ROLLS: u64 = 12 * SECOND;
 
-/// Likewise: it is open, and crawls.
+/// Times after the order by which the ring is open, and by which the chain crawls.
 const OPEN: u64 = 4 * SECOND;
 const CRAWLS: u64 = 6 * SECOND;
 
-/// A robot, what is still to happen to it, and what has.
+/// A robot, the events of its file, and its trace events and own changes so far.
 struct Story {
     engine: Engine,
     timeline: Vec<Event>,
@@ -39,7 +39,7 @@ impl Story {
         Self::of(include_str!("../../../robots/ring.toml"), seed, threads)
     }
 
-    /// When the robot is given its `number`th order.
+    /// When event `number` of the file happens.
     fn ordered_at(&self, number: usize) -> u64 {
         self.timeline[number].at
     }
@@ -57,7 +57,7 @@ impl Story {
         self.changes.extend(self.engine.take_changes());
     }
 
-    /// Every module knows its neighbours and its type, and does this.
+    /// Asserts that every module knows its neighbours and its type, and performs this action.
     fn all_do(&self, action: hormone::action::Action) {
         for module in 0..self.engine.robot().modules() {
             assert!(self.engine.is_right(module), "module {module}");
@@ -74,7 +74,7 @@ impl Story {
         modules.filter(|&module| self.engine.wiring().module_type(module) == wanted).count()
     }
 
-    /// The angles of all joints that bend, added up, in degrees.
+    /// The sum of the angles of all joints that bend, in degrees.
     fn bend(&self) -> f64 {
         let modules = (0..MODULES).filter_map(|module| self.engine.robot().module(module));
         modules.map(|module| module.body().angles()).map(|[front, _, back]| front + back).sum()
@@ -178,7 +178,7 @@ fn the_number_of_threads_makes_no_difference() {
     assert_eq!(one.engine.state_hash(), two.engine.state_hash());
 }
 
-/// The native engine, without latches and with joints that take no time, tells the same story at the same
+/// The native engine, which has no latches and whose joints take no time, makes the same changes at the same
 /// times.
 #[test]
 fn both_engines_tell_the_same_story() {
@@ -194,6 +194,6 @@ fn both_engines_tell_the_same_story() {
     for (one, other) in simavr.iter().zip(native) {
         assert!(one.at.abs_diff(other.at) <= 50 * MILLISECOND, "{one:?} {other:?}");
     }
-    // Who leads the ring, and lets go, is left to chance.
+    // Chance decides which module leads the ring, and lets go.
     assert_eq!(simavr[0].change, native[0].change);
 }

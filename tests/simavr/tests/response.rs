@@ -1,5 +1,5 @@
-//! The joints' control never takes longer than was computed, and no interrupt waits for longer, whatever
-//! comes in at the docks.
+//! The joints' control never takes longer than its bound, and no interrupt waits longer than its bound, with
+//! any traffic at the docks.
 
 use simavr_harness::Controller;
 use simavr_harness::bench::module::busy::{self, Seen};
@@ -7,7 +7,7 @@ use superbot_tests_simavr::bounds::{Noted, notes};
 use superbot_tests_simavr::images;
 use time_bound::{Costs, Releases, Responses};
 
-/// What was computed of an MCU's image.
+/// The bounds computed from an MCU's image.
 fn computed(controller: Controller) -> Responses {
     let name = match controller {
         Controller::Master => "firmware-master",

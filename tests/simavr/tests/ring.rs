@@ -1,10 +1,10 @@
 //! A chain of six that lies on its side becomes a ring and a chain again, by its own docks and guided by
 //! infrared, in a physical world: robots/ring-on-side.toml.
 //!
-//! `SUPERBOT_ROBOTS=100` tries as many natively, and tells how each did: those whose potentiometers have
-//! slipped so that the ends miss each other by up to 20 mm along and across and by up to 10 degrees; and those
-//! whose potentiometers sit turned on their shafts by chance, by `SUPERBOT_TURNED=0.4` percent of their travel
-//! at most.
+//! `SUPERBOT_ROBOTS=100` tries that many natively, and prints how each did: robots whose potentiometers have
+//! slipped so that the ends miss each other by up to 20 mm along and across and by up to 10 degrees; and
+//! robots whose potentiometers sit turned on their shafts at random, by `SUPERBOT_TURNED=0.4` percent of
+//! their travel at most.
 
 use std::fmt;
 use std::str::FromStr;
@@ -20,23 +20,23 @@ const SECOND: u64 = 1000 * MILLISECOND;
 /// Modules get their power within this time.
 const POWER_UP_WITHIN: u64 = 40 * MILLISECOND;
 
-/// So long after the order to close comes the one to open where the ends miss each other, and so long after
-/// that the robot has to be open.
+/// Where the ends miss each other, the time of the order to open; and the time after that order by which the
+/// robot has to be open.
 const CLOSES: u64 = 30 * SECOND;
 const OPENS: u64 = 4 * SECOND;
 
 /// By how much ends miss each other at most: in mm along the tail's Back and across it, and in degrees.
 const MISS: [f64; 3] = [20.0, 20.0, 10.0];
 
-/// How often it is looked at whether the ends begin to seek each other.
+/// How often the test checks whether the ends have begun to seek each other.
 const LOOK: u64 = 20 * MILLISECOND;
 
-/// What came of a robot.
+/// The result of a run.
 struct Outcome {
     /// How far its ends were off when the head began to seek the tail: in mm along the tail's Back and across
     /// it, and in degrees. `None` if the tail had found it before.
     off: Option<[f64; 3]>,
-    /// When it changed its wiring itself, in s, and how.
+    /// The robot's own changes of its wiring, each with its time in s.
     changes: Vec<(f64, Change)>,
 }
 
@@ -57,7 +57,7 @@ impl fmt::Display for Outcome {
     }
 }
 
-/// How the head's Front lies before the tail's Back.
+/// The position of the head's Front relative to the tail's Back.
 fn off(robot: &impl Robot) -> [f64; 3] {
     let dock = |module, dock: Place| {
         let Placing { frame, angles } = robot.placing(module).expect("there is a world");
@@ -106,8 +106,9 @@ fn told([along, across, askew]: [f64; 3]) -> String {
 /// much.
 ///
 /// The joints that bend are the corners of a polygon of twelve sides, and the ends meet in the middle of one.
-/// Of all errors of theirs that do this the sum of squares is least for these: `even + near cos + aside sin`
-/// of the angle at which a joint is seen from the middle of the ring, 0 where the ends meet.
+/// Of all errors of the joints with this effect, these have the least sum of squares:
+/// `even + near cos + aside sin` of the angle at which a joint is seen from the middle of the ring, 0 where
+/// the ends meet.
 fn slips([along, across, askew]: [f64; 3]) -> impl Iterator<Item = Change> {
     let side = 84.0;
     let radius = side / (2.0 * 15_f64.to_radians().sin());
@@ -126,7 +127,7 @@ fn slips([along, across, askew]: [f64; 3]) -> impl Iterator<Item = Change> {
     })
 }
 
-/// A robot whose ends miss each other by this much, and that has so long to close.
+/// A robot whose ends miss each other by this much, and that has until [`CLOSES`] to close.
 fn missing(miss: [f64; 3]) -> Scenario {
     let mut scenario = scenario();
     let open = scenario.timeline.last_mut().expect("it is ordered to open");
@@ -141,7 +142,7 @@ fn natively(scenario: &Scenario, variations: &[Variation], seed: u64) -> Outcome
     outcome(Native::new(scenario.wiring.clone(), seed, POWER_UP_WITHIN).within(world), scenario)
 }
 
-/// A number out of the environment, or else this.
+/// A number from the environment, or else `usual`.
 fn asked<T: FromStr>(name: &str, usual: T) -> T {
     std::env::var(name).ok().and_then(|number| number.parse().ok()).unwrap_or(usual)
 }

@@ -83,7 +83,7 @@ fn the_outcome_depends_on_the_seed_only() {
     assert_ne!(other.1, expected.1, "other frames are lost");
 }
 
-/// A stop is where somebody may act from outside, or look.
+/// At a stop a user may act on the robot or inspect it.
 #[test]
 fn where_a_run_is_stopped_changes_nothing_of_it() {
     const END: u64 = SECOND / 2;
@@ -121,7 +121,7 @@ const RECEIVER: Face = Face { module: 2, dock: Dock::Front };
 /// The hormone whose frame or ACK is lost is the first with this data.
 const HIT: Data = Data::A;
 
-/// Runs to the millisecond in which a behaviour does what is waited for, and returns what they did in it.
+/// Runs to the millisecond with the awaited event, and returns all events of that millisecond.
 fn run_to(chain: &mut Chain, is_it: impl Fn(&TraceEvent) -> bool) -> Vec<TraceEvent> {
     let end = chain.cycle() + 2 * SECOND;
     loop {
@@ -137,15 +137,15 @@ fn is_generated(trace_event: &TraceEvent) -> bool {
     matches!(trace_event.event, Behaviour::HormoneGenerated(_))
 }
 
-/// When a module first did this.
+/// When a module first had this event.
 fn time_of(trace_events: &[TraceEvent], module: usize, event: Behaviour) -> u64 {
     let trace_event =
         trace_events.iter().find(|trace_event| trace_event.module == module && trace_event.event == event);
     trace_event.unwrap_or_else(|| panic!("module {module}: no {event:?}")).cycle
 }
 
-/// The run in which just that frame from the dock `from` was lost which made a hormone be repeated: one of
-/// the frames sent about the time of the trace event `event`. The others are probes, which are not repeated.
+/// A run in which one frame from the dock `from` is lost, for which a hormone is repeated. It is one of the
+/// frames sent about the time of the trace event `event`; the others are probes, which are not repeated.
 fn lose_one(from: Face, event: Behaviour) -> (Chain, Vec<TraceEvent>) {
     let mut chain = Chain::new(MODULES, 1);
     run_to(&mut chain, |trace_event| trace_event.module == from.module && trace_event.event == event);
@@ -169,8 +169,8 @@ fn a_hormone_whose_frame_is_lost_is_repeated() {
     assert_eq!((chain.count(SENDER, Count::RETRIES), chain.sum(Count::RETRIES)), (1, 1));
     assert_eq!(chain.sum(Count::DUPLICATES), 0);
     Hormones::follow(MODULES, &trace_events, chain.cycle()).assert_whole(3);
-    // Not before the frame of 1.8 ms and the wait for an ACK are over, of which the first tick may come at
-    // once; but for what higher tasks delay HORMONE in the run without a loss.
+    // The repetition comes after the frame of 1.8 ms and the wait for an ACK, whose first tick may come at
+    // once. The limit is lower by the time that higher tasks may delay HORMONE in the run without a loss.
     let soonest = u64::from(ACK_TIMEOUT - 1) * MILLISECOND + 3 * MILLISECOND / 2;
     let received = Behaviour::HormoneReceived(Dock::Front, HIT);
     let [late, in_time] =
@@ -191,7 +191,7 @@ fn a_hormone_whose_ack_is_lost_is_acknowledged_again_and_delivered_once() {
     assert_eq!(late, in_time, "the hormone itself was not lost");
 }
 
-/// Cuts one direction of the link while a hormone is on its way to it, until that is given up.
+/// Cuts one direction of the link while a hormone is on its way to it, until the hormone is given up.
 fn cut(from: Face) -> (Chain, Hormones) {
     let mut chain = Chain::new(MODULES, 1);
     chain.run(SECOND * 3 / 4);
@@ -209,7 +209,7 @@ fn cut(from: Face) -> (Chain, Hormones) {
 #[test]
 fn a_hormone_that_does_not_get_through_is_given_up_and_counted() {
     let (chain, hormones) = cut(SENDER);
-    // The module behind makes it good, and sends on what it did not get.
+    // The module behind makes the beat good, and passes on the hormone that it did not get.
     assert_eq!((hormones.sent, hormones.delivered, hormones.lost), (4, 3, 1), "{hormones:?}");
     assert_eq!(chain.sum(Count::DUPLICATES), 0);
 }
@@ -248,14 +248,14 @@ const MASTER: &[Controller] = &[Controller::Master];
 const SLAVE: &[Controller] = &[Controller::Slave];
 const BOTH: &[Controller] = &Controller::ALL;
 
-/// The next `seconds` of a chain, from where no hormone is under way.
+/// The events of the next `seconds`, from a moment when no hormone is under way.
 fn from_a_quiet_moment(chain: &mut Chain, seconds: u64) -> Vec<TraceEvent> {
     run_to(chain, is_generated);
     chain.run(HOP_AT_MOST);
     chain.run(seconds * SECOND)
 }
 
-/// Resets MCUs of one module again and again, at moments that fall anywhere in what it does.
+/// Resets MCUs of one module again and again, at arbitrary moments.
 fn recovers_from_resets(module: usize, mcus: &[Controller]) {
     let mut chain = Chain::new(MODULES, 1);
     chain.run(SECOND);
@@ -292,7 +292,7 @@ fn resets_of_a_tail_are_recovered_from() {
     }
 }
 
-/// What its RAM holds is of before.
+/// Its RAM still has the values from before the reset.
 #[test]
 fn a_module_in_reset_says_nothing() {
     let mut chain = Chain::new(MODULES, 1);
@@ -323,7 +323,7 @@ fn an_mcu_held_in_reset_is_missed_and_found_again() {
     }
 }
 
-/// Three frames of four are lost, both ways, for 40 s; the first half is for finding out that links are
+/// Three frames of four are lost, both ways, for 40 s; in the first half modules find out that links are
 /// lossy.
 #[test]
 fn every_module_keeps_the_beat_while_three_frames_of_four_are_lost() {

@@ -1,7 +1,7 @@
-//! The verdict on the real images: a rule of the centipede's table that is changed in the master's flash is
-//! found, whatever the change.
+//! The verdict on the real images: any change of a rule of the centipede's table in the master's flash is
+//! found.
 //!
-//! `SUPERBOT_RULES=all` tries them all, on two threads; some stand for them otherwise.
+//! `SUPERBOT_RULES=all` tries all changes, on two threads; by default only some are tried.
 
 use std::sync::Arc;
 use std::thread;
@@ -15,10 +15,10 @@ use superbot_tests_simavr::{MILLISECOND, firmware};
 
 const SECOND: u64 = 1_000 * MILLISECOND;
 
-/// One of so many is tried, unless all are.
+/// One in so many changes is tried, unless all are.
 const EVERY: usize = 27;
 
-/// What is wrong with a robot whose modules have this image.
+/// The faults of a robot whose modules have this image.
 fn verdict(master: &[u8]) -> Vec<String> {
     let master = Arc::new(Image::parse(master).expect("it is an image"));
     let firmware = Images { master, ..firmware() };

@@ -4,11 +4,11 @@ use simavr_harness::bench::module::serial_load;
 use simavr_harness::{Character, OpenedBy, Pin, SerialPins};
 use superbot_tests_simavr::{MILLISECOND, mcu, test_images};
 
-/// Cycles of a byte at 38400 baud, as the divisor makes it.
+/// Cycles of a byte at 38400 baud, with the USART's divisor.
 const FRAME: u64 = 4160;
 
-/// The most that an interrupt of the UART in software may have to wait, less what it takes itself; see
-/// `board/README.md`.
+/// The longest that an interrupt of the UART in software may have to wait, in cycles, without its own time;
+/// see `board/README.md`.
 const MASKED_AT_MOST: u64 = 550;
 
 #[test]

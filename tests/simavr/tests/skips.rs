@@ -1,4 +1,5 @@
-//! No image skips an instruction that goes where the stack or Z says: QEMU takes that wrong, see `qemu.rs`.
+//! No image skips an instruction that jumps to an address from the stack or Z: QEMU gets that wrong, see
+//! `qemu.rs`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,7 +8,7 @@ use rustc_demangle::demangle;
 use simavr_harness::{Code, Image, Kind, Place};
 use superbot_tests_simavr::images;
 
-/// Functions of today's kernel that do.
+/// Functions of the present kernel that do.
 const KNOWN: [&str; 0] = [];
 
 #[test]

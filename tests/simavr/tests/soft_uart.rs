@@ -1,13 +1,13 @@
-//! The vectors of the UART in software against what the wire should show.
+//! The vectors of the UART in software, compared with the expected signal on the wire.
 
 use simavr_harness::{Character, Mcu, Pin, Place, SerialPins};
 use superbot_tests_simavr::soft_uart::{FRAME, LINE};
 use superbot_tests_simavr::{MILLISECOND, mcu};
 
-/// Most bytes of a frame, its zero among them: the inbox holds them, whenever the task is woken.
+/// The most bytes of a frame, including its zero, that the inbox holds whenever the task is woken.
 const LONGEST: usize = 31;
 
-/// An MCU that sends back what it hears.
+/// An MCU that sends back what it receives.
 fn echo() -> Mcu {
     let mut mcu = mcu("board_soft_uart");
     mcu.add_serial_pins(SerialPins {
@@ -27,7 +27,7 @@ fn exchange(mcu: &mut Mcu, frame: &[u8], off: i64) -> Vec<u8> {
         start += length;
     }
     let mut heard = Vec::new();
-    // Who found a character coming in tries again at the next tick, which is four characters away at most.
+    // If the MCU finds a character coming in, it tries again at the next tick, four characters away at most.
     let end = mcu.cycle() + 2 * (frame.len() as u64 + 6) * length;
     while heard.last() != Some(&0) && mcu.cycle() < end {
         mcu.run_until(mcu.cycle() + FRAME);
@@ -38,7 +38,7 @@ fn exchange(mcu: &mut Mcu, frame: &[u8], off: i64) -> Vec<u8> {
     heard
 }
 
-/// A ring in which each pair of bytes stands once, zeros left out.
+/// A ring in which each pair of bytes other than zero occurs once.
 fn pairs() -> Vec<u8> {
     let mut ring = Vec::new();
     for first in 1..=255 {
@@ -106,7 +106,7 @@ fn a_frame_that_is_cut_off_is_ended_when_the_next_begins() {
     assert_eq!(exchange(&mut mcu, &[], 0), [8, 9, 0]);
 }
 
-/// As it is where two ends begin to send at once: each hears the rest of what the other sends.
+/// This happens when two ends begin to send at once: each receives the rest of the other's frame.
 #[test]
 fn a_frame_that_is_cut_off_is_ended_too_where_the_next_comes_behind_one_that_is_sent() {
     let mut mcu = echo();
@@ -122,12 +122,12 @@ fn a_frame_that_is_cut_off_is_ended_too_where_the_next_comes_behind_one_that_is_
     assert_eq!(exchange(&mut mcu, &[], 0), [8, 9, 0]);
 }
 
-/// The line hears nothing while it sends: to answer the first frame at once would be to lose the second.
+/// The line can't receive while it sends, so answering the first frame at once would lose the second.
 #[test]
 fn nothing_is_sent_while_a_character_comes_in() {
     let mut mcu = echo();
     let frame = [1, 2, 3, 0];
-    // From where the second frame begins as the first ends, to where the answer has begun.
+    // The pauses range from none to one in which the answer has begun.
     for pause in (0..FRAME / 8).step_by(10) {
         let mut start = mcu.cycle();
         for (place, value) in [frame, frame].concat().into_iter().enumerate() {

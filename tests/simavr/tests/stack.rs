@@ -1,10 +1,11 @@
-//! A program finds out what its tasks have left of their stacks, and that one has left nothing.
+//! A program counts the unused bytes of its tasks' stacks, and detects that one task has used all of its
+//! stack.
 
 use simavr_harness::{Mcu, State};
 use superbot_tests_simavr::stacks::{Stack, stacks};
 use superbot_tests_simavr::target::TARGETS;
 
-/// The mark of a task that says that it has not been started, and that of a stack that is not intact.
+/// The mark of a task that has not been started, and that of a stack that is not intact.
 const NOT_STARTED: u8 = 0;
 const OVERRUN: u8 = 0xfe;
 

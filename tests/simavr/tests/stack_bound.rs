@@ -10,7 +10,7 @@ use superbot_tests_simavr::target::{TARGETS, Target};
 use superbot_tests_simavr::{firmware, images};
 use tasks::dock::Dock;
 
-/// A chain of five, and at the one in the middle another two: so that all four links of a module are in use.
+/// A chain of five, with two more modules at the middle one, so that four links of a module are in use.
 const ATTACHMENTS: [((usize, Dock), (usize, Dock)); 6] = [
     ((0, Dock::Back), (1, Dock::Front)),
     ((1, Dock::Back), (2, Dock::Front)),
@@ -37,7 +37,7 @@ fn of_the_robot() {
         let image = images().join(name).with_extension("elf");
         (controller, stacks(Part::ATMEGA128, &image, Some(&notes(name))))
     });
-    // Their tasks, and the kernel's.
+    // The stacks of the tasks, and the kernel's.
     assert_eq!(stacks.each_ref().map(|(_, stacks)| stacks.len()), [12, 10]);
     for module in 0..MODULES {
         for (controller, stacks) in &stacks {
@@ -77,7 +77,7 @@ fn of_the_robot() {
     assert!(beyond.is_empty(), "used beyond the bound: {beyond:?}");
 }
 
-/// What `stack-bound` has to be told of the images of a package.
+/// The file of notes for `stack-bound` about the images of a package.
 fn notes(package: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(package).join("stacks.txt")
 }
@@ -90,7 +90,7 @@ fn of_the_test_images() {
     }
 }
 
-/// The image that has a stack overrun, to see that found.
+/// The image that overruns a stack on purpose.
 const OVERRUN: [&str; 1] = ["stack"];
 
 /// Runs the images of an MCU, and returns how many stacks were used to their last byte.

@@ -1,5 +1,5 @@
 //! The kernel's feature `stack-check`: an overflow of one byte is found, a stack that is used to its last
-//! byte is none, and what a switch takes for it.
+//! byte is no overflow, and the check costs a switch what is documented.
 
 use fastrand::Rng;
 use simavr_harness::{Marker, Place, State};
@@ -47,7 +47,7 @@ fn a_stack_that_is_used_to_its_last_byte_is_none() {
         let mut mcu = target.mcu(target.image("stack-check/storm"));
         target.enable_interrupts(&mut mcu);
         rage(target, &mut mcu, 2_000_000, &mut Rng::with_seed(1));
-        // In the storm's lee the lowest task runs, and is preempted anywhere.
+        // After the storm the lowest task runs, and is preempted anywhere.
         let mut random = Rng::with_seed(1);
         while mcu.cycle() < 4_000_000 {
             mcu.raise_interrupt(target.tick.vector);
@@ -64,7 +64,7 @@ fn a_stack_that_is_used_to_its_last_byte_is_none() {
     }
 }
 
-/// Cycles that a switch takes for the check: see `docs/kernel.md`, "Stack sizes".
+/// The cycles of the check in a switch: see `docs/kernel.md`, "Stack sizes".
 const COST: u64 = 36;
 
 #[test]
@@ -76,7 +76,7 @@ fn a_switch_takes_as_much_longer_as_is_said() {
     };
     let (without, with) = (marks("preemption"), marks("stack-check/preemption"));
     assert_eq!(values(&without), values(&with));
-    // From the one's mark to the other's is a yield.
+    // A yield lies between these two marks.
     let yield_cycles = |marks: &[Marker]| {
         let [before, after] = [5, 6].map(|value| marks.iter().find(|mark| mark.value == value));
         after.expect("it marks").cycle - before.expect("it marks").cycle

@@ -1,5 +1,5 @@
-//! A robot that was ordered to stop, with the images that it is flashed with: it loses nobody while the
-//! behaviours' clock, of 65.5 s, comes round, and walks when it is told to.
+//! A robot that was ordered to stop, with the images that it is flashed with: it loses no neighbour while the
+//! behaviours' clock wraps after 65.5 s, and walks when it is ordered to.
 
 use simavr_harness::{Engine, RobotBuilder};
 use simulation::{Robot, Run, Scenario, faults};

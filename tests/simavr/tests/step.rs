@@ -1,4 +1,4 @@
-//! Single steps: a suspended task gets on by exactly one instruction, whatever occurs meanwhile.
+//! Single steps: a suspended task executes exactly one instruction, even if interrupts occur meanwhile.
 
 use simavr_harness::{Mcu, Place, State};
 use superbot_tests_simavr::MILLISECOND;
@@ -13,17 +13,17 @@ const TICK: u8 = 0x04;
 const PRESSED: u8 = 0x05;
 const WRONG: u8 = 0xff;
 
-/// What a task shows that steps through calls of the kernel: it yields, and then waits; passes its semaphore,
-/// its mutex and the post, which wakes a higher task at once; and has ended.
+/// The marks of a task that steps through calls of the kernel: it yields, and then waits; passes its
+/// semaphore, its mutex and the post, which wakes a higher task at once; and has ended.
 const WALK: [u8; 7] = [0x10, 0x15, 0x11, 0x12, 0x16, 0x13, 0x14];
 
 /// Steps that the image makes.
 const STEPS: usize = 300;
 
-/// Cycles that one takes at most, and with it whatever must wait for it.
+/// The most cycles of a step, and of anything that has to wait for it.
 const STEP: u64 = 6_000;
 
-/// Cycles from one step in which the next does not reach the task.
+/// The least cycles from one step to the next.
 const SHORTER: u64 = 1_500;
 
 /// The program counter, as a byte address, of a task that an interrupt preempted.
@@ -32,20 +32,20 @@ fn saved_pc(mcu: &Mcu, target: &Target, control: u16) -> u32 {
     let stack_pointer = u16::from_le_bytes([byte(control + 1), byte(control + 2)]);
     assert!(stack_pointer & 0x8000 != 0, "an interrupt saved it");
     let context = stack_pointer & 0x7fff;
-    // Above 16 registers stand the other 16 and SREG, which an interrupt pushes first, and then the program
+    // Above 16 registers lie the other 16 and SREG, which an interrupt pushes first, and then the program
     // counter.
     let place = context + 16 + 17;
     let bytes = (0..target.part.return_address).map(|index| u32::from(byte(place + index)));
     2 * bytes.fold(0, |pc, byte| pc << 8 | byte)
 }
 
-/// The places of the worker's round where an interrupt could occur, in the order in which it comes by.
+/// The places of the worker's round where an interrupt could occur, in the order of execution.
 fn round(mcu: &mut Mcu) -> Vec<u32> {
     loop {
         mcu.run_to_marker(ROUND, 100 * MILLISECOND).expect("the worker runs");
         let mut places = vec![mcu.pc()];
         loop {
-            // The instruction behind `sei` still runs before any interrupt.
+            // The instruction after `sei` still runs before any interrupt.
             let was_enabled = mcu.interrupts_enabled();
             if mcu.step().is_some() {
                 break; // once more, without a tick
@@ -83,11 +83,11 @@ fn a_suspended_task_steps_by_one_instruction() {
         let (mut level, mut random) = (false, 7919 * seed);
         let mut is_over = false;
         while !is_over {
-            // The button, at all distances from the steps.
+            // The button is pressed at all distances from the steps.
             random = (random * 4_005 + 1) % (1 << 16);
             mcu.run_until(mcu.cycle() + random % SHORTER);
             let markers = mcu.take_markers();
-            // Behind the last step it soon goes on by itself.
+            // After the last step the task soon continues by itself.
             let is_suspended = markers.iter().all(|marker| marker.value != RESUMED);
             for marker in markers {
                 match marker.value {

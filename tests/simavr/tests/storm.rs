@@ -1,7 +1,7 @@
 //! Interrupts of any length at any place, while several timers are due at adjacent ticks: no MCU restarts, no
 //! stack is used beyond its bound, and timers still expire.
 //!
-//! `STORM_CYCLES` makes it longer, `STORM_SEED` makes it another one.
+//! `STORM_CYCLES` sets its length, `STORM_SEED` its seed.
 
 use std::path::Path;
 
@@ -10,10 +10,10 @@ use superbot_tests_simavr::stacks::{paint, stacks};
 use superbot_tests_simavr::storm::rage;
 use superbot_tests_simavr::target::TARGETS;
 
-/// Cycles on each MCU, unless `STORM_CYCLES` tells another number.
+/// Cycles on each MCU, unless `STORM_CYCLES` says otherwise.
 const CYCLES: u64 = 10_000_000;
 
-/// More than three times what a round takes, which is over 4 ticks.
+/// More than three times the length of a round, which takes over 4 ticks.
 const CYCLES_OF_A_ROUND: u64 = 20_000;
 
 #[test]

@@ -1,4 +1,4 @@
-//! The interrupt sweep, a part of it: `./x sweep` runs the whole. And what it would find.
+//! A part of the interrupt sweep: `./x sweep` runs the whole. Also checks that planted faults are found.
 
 use superbot_tests_simavr::image;
 use superbot_tests_simavr::sweep::{
@@ -13,8 +13,8 @@ fn no_interrupt_breaks_the_kernel() {
     assert!(total.single.boundaries > 10_000, "{total:?}");
 }
 
-/// Another MCU runs the same code but for a program counter of 3 bytes on the largest: a smaller part of the
-/// boundaries.
+/// The other MCUs run the same code, except that the largest has a program counter of 3 bytes, so a smaller
+/// part of the boundaries is enough.
 #[test]
 fn no_interrupt_breaks_the_kernel_on_other_mcus() {
     for target in TARGETS.into_iter().skip(1) {

@@ -1,4 +1,5 @@
-//! The tick's vector, which is assembly, counts as the kernel's function does that the host's tests run.
+//! The tick's vector, which is assembly, counts in the same way as the kernel's function, which the host's
+//! tests run.
 
 use simavr_harness::{Mcu, Place};
 use superbot_tests_simavr::target::{TARGETS, Target};
@@ -17,7 +18,7 @@ type Ticks = (u16, u16);
 /// The present tick after, and whether a deadline has come.
 type Counted = (u16, bool);
 
-/// An MCU that runs the image `tick`, and where that has what is looked at.
+/// An MCU that runs the image `tick`, and the addresses that the test needs.
 struct Chip {
     target: &'static Target,
     mcu: Mcu,
@@ -61,7 +62,7 @@ impl Chip {
         self.set(ticks);
         self.mcu.raise_interrupt(self.target.tick.vector);
         let mut expires = false;
-        // One may have to wait for an instruction to end.
+        // The interrupt may have to wait for an instruction to end.
         let mut was_masked = false;
         while !was_masked || !self.mcu.interrupts_enabled() {
             was_masked |= !self.mcu.interrupts_enabled();

@@ -5,8 +5,8 @@ use superbot_tests_simavr::marks::values;
 use superbot_tests_simavr::soft_uart::{FRAME, LINE};
 use superbot_tests_simavr::{MILLISECOND, mcu};
 
-/// The most cycles that a mark may come later or earlier than a tick each time would have it: a twentieth of
-/// a tick, as a tick itself takes longer.
+/// The most cycles by which a mark may come later or earlier than with a tick each time: a twentieth of a
+/// tick, because a tick itself takes longer.
 const APART: u64 = MILLISECOND / 20;
 
 const SECOND: u64 = 1000 * MILLISECOND;
@@ -57,8 +57,8 @@ fn whoever_ends_a_sleep_finds_the_time_as_it_is() {
             let told =
                 mcu.markers().iter().map(|mark| mark.value).find(|&value| value >= 0x80).expect("a mark");
             mcu.drive_pin(BUTTON, false);
-            // The first mark came some time after its tick, and from the press until the task asks for the
-            // time some time passes.
+            // The first mark came some time after its tick, and some time passes from the press until the
+            // task reads the time.
             let tick = 1000 + (pressed - begun) / MILLISECOND;
             let is_near = within > MILLISECOND - 2 * APART;
             let expected = [tick, tick + u64::from(is_near)].map(|tick| 0x80 | (tick & 0x7f) as u8);
@@ -70,7 +70,7 @@ fn whoever_ends_a_sleep_finds_the_time_as_it_is() {
     }
 }
 
-/// The vector that stores a byte enters no kernel, but it stores the time as well.
+/// The vector that stores a byte does not enter the kernel, but it stores the time as well.
 #[test]
 fn frames_that_come_to_a_cpu_that_sleeps_stay_whole() {
     for name in ["board_frames", "tickless/board_frames"] {
@@ -81,7 +81,7 @@ fn frames_that_come_to_a_cpu_that_sleeps_stay_whole() {
         });
         for pause in 1..=40 {
             for (line, base) in [(0, 0), (LINE, 0x80)] {
-                // At other places in a tick each time, and after longer and longer sleeps.
+                // At a different place in a tick each time, and after longer and longer sleeps.
                 mcu.run_until(mcu.cycle() + pause * (7 * MILLISECOND + 1009));
                 mcu.take_markers();
                 let begun = mcu.cycle();
@@ -97,7 +97,8 @@ fn frames_that_come_to_a_cpu_that_sleeps_stay_whole() {
     }
 }
 
-/// Runs the image `idle`, which marks each second, and holds each mark to the tick that it is due at.
+/// Runs the image `idle`, which marks each second, and checks that each mark comes at its tick. Returns the
+/// number of interrupts.
 fn interrupts_in_a_minute(mcu: &mut Mcu) -> u32 {
     mcu.drive_pin(BUTTON, false);
     let begun = mcu.run_to_marker(0, SECOND).expect("the first mark").cycle;

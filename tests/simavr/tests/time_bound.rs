@@ -1,5 +1,5 @@
-//! No interrupt and no task ever masks interrupts for longer than was computed, and no job of a task takes
-//! longer.
+//! No interrupt and no task ever masks interrupts for longer than its bound, and no job of a task takes
+//! longer than its bound.
 
 use std::collections::BTreeMap;
 
@@ -11,17 +11,17 @@ use time_bound::{Bounds, Job};
 
 const SECOND: u64 = CLOCK_HZ as u64;
 
-/// The module that is looked at.
+/// The module under test.
 const FLOODED: usize = 0;
 
-/// The task of whose loops the last is a period of the joints' control.
+/// The task whose last loop is a period of the joints' control.
 const JOINTS: &str = "tasks::motor::task";
 
-/// For how long something pulls at the joints one way, in cycles, and how often.
+/// How long a pull at the joints lasts in one direction, in cycles, and how many pulls there are.
 const TURN: u64 = SECOND / 20;
 const TURNS: u64 = 16;
 
-/// A module whose neighbours at all docks send as fast as they can, one of which asks its console.
+/// A module with neighbours at all docks that send as fast as they can; one of them asks its console.
 fn flooded() -> Engine {
     let neighbour = |master, slave| Images { master: image(master), slave: image(slave) };
     let neighbours = [
@@ -40,10 +40,10 @@ fn flooded() -> Engine {
     Engine::new(robot.build().expect("the robot can be built"), 2)
 }
 
-/// What was computed of an image of the robot.
+/// The bounds computed from an image of the robot.
 struct Computed {
     bounds: Bounds,
-    /// Where the kernel switches to another task.
+    /// The address of the kernel's switch to another task.
     switch: u32,
 }
 
@@ -71,10 +71,11 @@ fn module(function: &str) -> &str {
     path.rsplit_once("::").map_or(path, |(module, _)| module)
 }
 
-/// In place of a vector's number: in a task, or in an interrupt that masks others again.
+/// In place of a vector's number: an instruction masks interrupts, in a task or in an interrupt that masks
+/// others again.
 const BY_INSTRUCTION: u8 = 0;
 
-/// The longest windows by what opened them.
+/// The longest window for each cause that opens one.
 fn longest(windows: &[MaskedWindow], bounds: &Bounds) -> BTreeMap<u8, u64> {
     let mut longest = BTreeMap::new();
     for window in windows {
@@ -90,8 +91,8 @@ fn longest(windows: &[MaskedWindow], bounds: &Bounds) -> BTreeMap<u8, u64> {
     longest
 }
 
-/// Else an instruction of the interrupted program would run behind it though an interrupt is pending, and with
-/// a `cli` the whole critical section.
+/// After a `reti` to the program an instruction of it would run though an interrupt is pending, and a whole
+/// critical section if that were a `cli`.
 #[test]
 fn no_handler_returns_by_reti_to_the_program() {
     for name in ["firmware-master", "firmware-slave"] {

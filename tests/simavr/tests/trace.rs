@@ -1,5 +1,5 @@
-//! The timeline of an MCU's tasks: their times are those that the CPU has spent, and what they wait for is
-//! what the program has them wait for.
+//! The timeline of an MCU's tasks: their times are those that the CPU has spent, and their waits are those of
+//! the program.
 
 use simavr_harness::{Holder, Mcu, State, TaskState, Trace};
 use superbot_tests_simavr::mcu;
@@ -8,8 +8,8 @@ use superbot_tests_simavr::mcu;
 const BEGUN: u8 = 1;
 const DONE: u8 = 2;
 
-/// The most cycles of a switch between where its time is charged and where the kernel turns to another task.
-/// With interrupts in between it may be more, but seldom.
+/// The most cycles of a switch from charging the time to the turn to another task. With interrupts in between
+/// it may be more, but rarely.
 const SWITCH: u64 = 64;
 
 /// The most cycles from the last times that the report reads to its mark.
@@ -28,7 +28,8 @@ fn running(trace: &Trace, task: &str) -> (u64, u64) {
     slices.fold((0, 0), |(cycles, turns), slice| (cycles + slice.cycles(), turns + 1))
 }
 
-/// All that lasts lies in the run, one after the other; all that took the CPU adds up to what it was awake.
+/// Asserts that all slices lie in the run, one after the other, and that those that took the CPU add up to
+/// the time that it was awake.
 fn assert_adds_up(trace: &Trace, awake: u64, end: u64) {
     assert!(trace.cpu.windows(2).all(|pair| pair[0].end == pair[1].begin));
     assert_eq!(trace.cpu.last().map(|slice| slice.end), Some(end));
@@ -67,7 +68,7 @@ fn tasks_run_for_as_long_as_the_kernel_counts() {
         .chunks(4)
         .map(|bytes| u32::from_le_bytes(bytes.try_into().expect("a time has 4 bytes")).into())
         .collect();
-    // In the order of the report; the second worker's stack is behind the first one's.
+    // In the order of the report. The second worker's stack follows the first one's.
     let other = trace.tasks.iter().find(|task| task.name.starts_with("WORKERS+")).expect("it has run");
     let names = ["CONTROL", "WORKERS", &other.name, "REPORTER"];
     for (name, time) in names.into_iter().zip([reported[0], reported[1], reported[2], reported[4]]) {
@@ -96,7 +97,7 @@ fn each_wait_tells_what_it_is_for() {
         let told = task.states.iter().filter_map(|slice| match &slice.what {
             TaskState::Running | TaskState::Ready => None,
             TaskState::Waiting(wait) => {
-                // Where in a queue its semaphore lies is the compiler's.
+                // The compiler chooses where in a queue its semaphore lies.
                 let names = wait.on.iter().map(|name| name.split('+').next().unwrap_or(name));
                 Some((names.collect::<Vec<_>>().join(" "), wait.ticks))
             }

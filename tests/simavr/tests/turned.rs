@@ -27,7 +27,7 @@ fn simavr(seed: u64, threads: usize) -> Engine {
     Engine::new(robot.build().expect("it can be built"), threads)
 }
 
-/// Runs a robot through the file's events. Looks at it at `looks`, in order.
+/// Runs a robot through the file's events, and calls `look` at the times `looks`, in order.
 fn run<R: Robot>(robot: R, looks: &[u64], mut look: impl FnMut(&R)) -> Run<R> {
     let mut run = Run::new(robot, scenario().timeline, PERIOD);
     for &at in looks {
@@ -77,7 +77,7 @@ fn a_centipede_that_is_turned_over_walks_on() {
     }
 }
 
-/// While the robot lies on its back every leg swings the other way, and no one does before or after.
+/// While the robot lies on its back every leg swings the other way, and none does before or after.
 #[test]
 fn each_leg_lifts_its_foot_as_it_lies_in_both_engines() {
     let [over, back] = [0, 1].map(|event| scenario().timeline[event].at);
@@ -113,8 +113,8 @@ struct Turned {
     hip: [f64; 2],
 }
 
-/// The joints do it: feet press down where down is and are lifted again, hips go ahead where ahead was, and
-/// the trunk keeps straight.
+/// The joints carry it out: feet press down towards the ground and are lifted again, hips swing ahead as
+/// before, and the trunk stays straight.
 #[test]
 fn feet_press_on_the_ground_on_the_side_that_is_down() {
     // On its feet, and on its back: once the legs have rolled upright, and the change is over.

@@ -1,5 +1,5 @@
-//! The watchdog resets what hangs, and nothing else; until then the others go on. Loads under which nothing must be reset are those of
-//! `./x bench module`.
+//! The watchdog resets an MCU with a task that hangs, and no other; until then the other tasks go on.
+//! `./x bench module` has the loads under which nothing must be reset.
 
 use plants::joint::Joint;
 use simavr_harness::bench::module::watchdog_recovery;
@@ -17,7 +17,7 @@ fn an_mcu_with_a_task_that_hangs_is_back_within_half_a_second() {
 const TIMSK: u16 = 0x57;
 const OCIE2: u8 = 1 << 7;
 
-/// What an image says of its start: WDRF of MCUCSR.
+/// WDRF of MCUCSR, in an image's record of its start.
 const BY_WATCHDOG: u8 = 1 << 3;
 
 fn resets(engine: &Engine, module: usize) -> [u64; 2] {
@@ -50,7 +50,8 @@ fn a_task_whose_clock_stops_is_reset() {
     }
 }
 
-/// So long, in ms, the watchdog does not bite: it waits for 0.11 s, of which up to 50 ms have gone by.
+/// The time, in ms, in which the watchdog does not reset the MCU: it waits for 0.11 s, of which up to 50 ms
+/// have passed.
 const BEFORE: u64 = 60;
 
 #[test]

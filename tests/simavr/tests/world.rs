@@ -16,7 +16,7 @@ fn centipede(modules: usize, seed: u64, threads: usize) -> Engine {
     Engine::new(robot.on(Ground::default()).build().unwrap(), threads)
 }
 
-/// Where the joints of a module are, in degrees.
+/// The angles of a module's joints, in degrees.
 fn angles(engine: &Engine, module: usize) -> [f64; 3] {
     engine.robot().module(module).unwrap().body().angles()
 }
@@ -25,7 +25,7 @@ fn angles(engine: &Engine, module: usize) -> [f64; 3] {
 fn threads_change_nothing_and_the_seed_does() {
     let hash = |seed, threads| {
         let mut engine = centipede(6, seed, threads);
-        // Not at the end of a millisecond, nor of a window.
+        // These stops are neither at the end of a millisecond nor of a window.
         for end in [SECOND / 3, 1_500 * MILLISECOND + 1] {
             engine.run_until(end);
         }
@@ -116,7 +116,7 @@ fn who_changes_places_beside_a_module_without_power_leaves_that_where_it_is() {
     assert!(gap.unwrap() < 1.0, "it holds what came in the place of the other: {gap:?}");
 }
 
-/// Its motors drive nothing, wherever in a swing that was, and brake.
+/// Its motors stop driving at any point of a swing, and brake.
 #[test]
 fn what_loses_its_power_turns_no_joint_further() {
     let mut engine = centipede(6, 1, 2);
@@ -180,7 +180,8 @@ fn a_centipede_walks_ahead() {
     assert!(distance > 0.4, "{distance} m");
     assert!(sideways.abs() < 0.1 * distance, "{sideways} m sideways of {distance}");
     assert!(slip < 1.5, "it drags itself: {slip}");
-    // More than electronics alone take, and less than a motor that stands under full voltage.
+    // The charge is more than the electronics alone take, and less than a stalled motor takes at full
+    // voltage.
     let coulombs = engine.charge_used().unwrap() * CAPACITY;
     assert!(coulombs > 8.0 * 1.2 * IDLE_AMPERES && coulombs < 8.0 * STALL_CURRENT, "{coulombs} C");
 }
@@ -189,7 +190,7 @@ fn a_centipede_walks_ahead() {
 const CENTIPEDE: &str = "modules = 10\nshape = 'centipede'\nevent = [";
 const ALONE: &str = "modules = 1\nevent = [{ at = 0.5, command = [0xda, 1, 255], to = '0.Front' }, ";
 
-/// Orders to this robot to the left from the second second on, and to the right from the sixth on.
+/// Orders to this robot: to the left from 1 s on, and to the right from 6 s on.
 fn left_then_right(robot: &str) -> String {
     let course = |number: u32| if number < 4 { 0xe1 } else { 0xe2 };
     let order = |number: u32| {

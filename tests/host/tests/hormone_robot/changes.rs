@@ -1,4 +1,4 @@
-//! Changes while walking: without reprogramming, the gait is right again within discovery and a Period.
+//! Changes while walking: without reprogramming, the gait is right again after discovery and a Period.
 
 use hormone::action::Action;
 use hormone::gait::GaitName::Centipede;
@@ -9,7 +9,7 @@ use crate::robot::{Robot, Segment};
 use Segment::{Branch, Spine};
 
 const PERIOD: u32 = 1_000;
-/// How long it may take to notice a lost neighbour, the slower half of discovery.
+/// How long it may take to notice a lost neighbour, which takes longer than finding one.
 const DISCOVERY: u32 = 300;
 
 /// Head 0, branch 1 with legs 2 and 3, spine 4, branch 5 with legs 6 and 7, spine 8, tail 9; walking.
@@ -23,7 +23,7 @@ fn walking(seed: u64) -> Robot {
     robot
 }
 
-/// After a change at this moment, the gait is right in time and stays so.
+/// Checks that after a change at this moment the gait is right in time and stays so.
 fn recovers(robot: &mut Robot) {
     let changed = robot.now;
     robot.discover(DISCOVERY).expect("discovery in time");
@@ -102,7 +102,7 @@ fn any_module_may_be_reset() {
     }
 }
 
-/// Whether these legs swing and hold in turn, each half Period, the left one against the right one.
+/// Checks that these legs swing and hold in turn, each half Period, the left one opposite to the right one.
 fn legs_alternate(robot: &mut Robot, legs: &[usize]) {
     let from = robot.now;
     robot.run(8 * PERIOD);
@@ -120,7 +120,7 @@ fn legs_alternate(robot: &mut Robot, legs: &[usize]) {
 
 #[test]
 fn behind_a_dead_module_another_leads() {
-    // The head's place is taken by a branch, and so is that of the spine before the other branch.
+    // A branch takes the place of the head, or of the spine before the other branch.
     for (dead, leader) in [(0, 1), (4, 5)] {
         let mut robot = walking(7);
         robot.kill(dead);

@@ -1,4 +1,4 @@
-//! The gait by the text's rules, and how the printed table's would fail.
+//! The gait by the rules of the paper's text, and how the rules of its printed table fail.
 
 use hormone::action::Action;
 use hormone::data::Data;
@@ -75,7 +75,8 @@ fn by_the_printed_table_legs_behind_a_spine_never_alternate() {
         let known = robot.now;
         robot.run(5_000);
         assert_eq!(robot.gait_violations(known, robot.now) == 0, walks, "{body:?}");
-        // The legs come after their branch, which comes after the head and, if it is first, the spine.
+        // The index of a leg follows that of its branch, which follows the head and, if the spine is first,
+        // the spine.
         let left_leg = if body[0] == Segment::Branch { 2 } else { 3 };
         let actions: Vec<Action> =
             robot.acts(left_leg).iter().filter(|act| act.at > known).map(|act| act.action).collect();

@@ -1,4 +1,4 @@
-//! A loop of modules in which nobody leads: the beat that was on its way when it closed may go on, but it
+//! A loop of modules without a leader: the beat that was on its way when the loop closed may continue, but it
 //! does not race round.
 
 use hormone::gait::GaitName::Centipede;
@@ -46,7 +46,7 @@ fn a_loop_of_modules_of_no_known_type_does_not_race_with_a_head_or_without() {
         robot.attach((3, Back), (0, Front));
         robot.discover(150).unwrap();
         robot.run(3_000 + 97 * seed as u32);
-        // To modules 1 and 2 each beat comes from both sides.
+        // Modules 1 and 2 get each beat from both sides.
         let most = most_received(&mut robot);
         assert!(most.abs_diff(2 * BEATS) <= 2, "{most} with a head, seed {seed}");
         robot.detach((3, Back));

@@ -10,7 +10,7 @@ const MINUTE: u32 = 60_000;
 /// Milliseconds for links to be found lossy and beats to settle along the body.
 const SETTLED: u32 = 30_000;
 
-/// The half Period, in milliseconds, and how much shorter or longer one may be: a half of that.
+/// The half Period, in milliseconds. A half Period may be shorter or longer by half of that.
 const HALF_PERIOD: u32 = 500;
 
 /// How often in `from..to` a leg did not go from Swing to Holding and back once in about half a Period.

@@ -1,5 +1,5 @@
-//! Behaviours as whole robots: many modules, perfect links with a delay, and probes
-//! that may be lost. The modules are the pure machines of the crate `hormone`, a millisecond a step.
+//! Behaviours as whole robots: many modules, perfect links with a delay, and probes that may be lost. The
+//! modules are the pure state machines of the crate `hormone`, stepped each millisecond.
 
 mod changes;
 mod discovery;

@@ -1,4 +1,4 @@
-//! A remote control steers the robot and has it walk by another gait. It may sit at any module, or be one.
+//! A remote control steers the robot and changes its gait. It may sit at any module, or be one.
 
 use std::num::NonZeroU8;
 
@@ -13,12 +13,12 @@ use tasks::dock::Dock;
 use crate::robot::{Robot, Segment, hundred_modules};
 use Segment::{Branch, Spine};
 
-/// A course for all modules.
+/// An order of a course for all modules.
 fn steer(course: Course, serial: u8) -> Order {
     Order { what: What::Steer(Steer { course, lifetime: NonZeroU8::MAX, held: 0 }), serial }
 }
 
-/// A gait, in its own Period.
+/// An order of a gait, in its own Period.
 pub fn walk(gait: GaitName, serial: u8) -> Order {
     Order { what: What::Walk(gait as u8, Period::OWN), serial }
 }
@@ -36,7 +36,7 @@ fn strides(robot: &mut Robot) -> [Vec<i32>; 2] {
     legs.map(|side| side.into_iter().map(|leg| stride(&hips[leg])).collect())
 }
 
-/// How far a hip is turned at once: while the leg holds it turns bit by bit.
+/// How far a hip turns at once. While the leg holds, the hip turns in small steps.
 fn stride(hips: &[i32]) -> i32 {
     let turns = hips.windows(2).map(|pair| pair[1] - pair[0]);
     turns.max_by_key(|turn| turn.abs()).expect("it swings")
@@ -52,7 +52,7 @@ fn legs_on_the_inner_side_of_a_turn_step_back_half_the_stride_until_the_remote_c
     assert_eq!(whole.concat().len(), 48);
 
     for (serial, (course, inner)) in (0..).zip([(Course::Left, 0), (Course::Right, 1)]) {
-        // Given by a leg somewhere in the middle.
+        // A leg somewhere in the middle gives the order.
         let leg = robot.of_type(RightLeg).nth(12).unwrap();
         robot.order(leg, steer(course, serial));
         robot.run(200);
@@ -115,7 +115,7 @@ fn modules_attached_to_a_robot_that_turns_learn_the_course_before_it_is_said_aga
     assert!((0..6).all(|module| robot.course(module) == Course::Ahead));
 }
 
-/// Each of two neighbours starts over while the other one holds the course, and tells it, again and again.
+/// Again and again one of two neighbours restarts while the other one holds the course, and tells it.
 #[test]
 fn a_course_is_over_in_time_though_modules_start_meanwhile_and_are_told_it() {
     let mut robot = Robot::with_body(Centipede.gait(), &[Spine, Branch, Spine, Branch], 6);
@@ -134,7 +134,7 @@ fn a_course_is_over_in_time_though_modules_start_meanwhile_and_are_told_it() {
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(32) })]
 
-    /// Whatever loops the modules form.
+    /// The modules may form any loops.
     #[test]
     fn an_order_reaches_every_module_and_ends(
         links in prop::collection::vec((0..12_usize, 0..6_usize, 0..12_usize, 0..6_usize), 0..40),
@@ -149,7 +149,7 @@ proptest! {
             }
         }
         prop_assert!(robot.discover(150).is_some());
-        // At first all tell each other what stands.
+        // At first all modules tell each other the standing orders.
         robot.run(50);
         prop_assert_eq!(robot.orders_under_way(), 0);
         robot.order(from, steer(Course::Left, 7));

@@ -1,4 +1,4 @@
-//! The rolling track: a ring without head or numbers, led by whom it elects.
+//! The rolling track: a ring without head or numbers, which elects its leader.
 
 use hormone::gait::GaitName::RollingTrack;
 use hormone::module_type::ModuleType::Spine;
@@ -6,11 +6,11 @@ use tasks::dock::Dock::{Back, Front};
 
 use crate::robot::Robot;
 
-/// Within this time from the first beat that is missing there is a new leader and the ring rolls, in
-/// milliseconds: two rounds of silence, one of standing, and a Period.
+/// The time from the first missing beat until there is a new leader and the ring rolls, at most, in
+/// milliseconds: two rounds of silence, one of candidacy, and a Period.
 const ELECTED: u32 = 6_300;
 
-/// In this time whoever leads beats.
+/// A leader beats at least once in this time, in milliseconds.
 const BEAT: u32 = 1_100;
 
 fn ring(modules: usize, seed: u64) -> Robot {
@@ -27,7 +27,7 @@ fn leaders(robot: &Robot, from: u32) -> Vec<usize> {
     (0..robot.len()).filter(|&module| robot.generated(module).iter().any(|beat| beat.at >= from)).collect()
 }
 
-/// Holds a ring of six against its gait: it stays closed, and the bend runs round it.
+/// Checks a ring of six against its gait: it stays closed, and the bend runs round it.
 fn rolls(robot: &mut Robot) {
     let modules: Vec<usize> = robot.of_type(Spine).collect();
     let count = modules.len();
@@ -40,7 +40,7 @@ fn rolls(robot: &mut Robot) {
             .flat_map(|posture| [posture.motor0.into(), posture.motor2.into()])
             .collect();
         assert_eq!(joints.len(), 12);
-        // A hormone on its way leaves one module a step behind: 15 or 30 degrees at one joint or two.
+        // While a hormone is on its way one module is a step behind: 15 or 30 degrees at one joint or two.
         assert!((joints.iter().sum::<i32>() - 360).abs() <= 60, "{joints:?}");
         for (one, opposite) in joints.iter().zip(&joints[6..]) {
             assert!((one - opposite).abs() <= 30, "{joints:?}");

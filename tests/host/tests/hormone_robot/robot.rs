@@ -1,5 +1,5 @@
-//! A robot of the modules' own behaviours over links that delay and lose, and the gait's definition to hold it
-//! against.
+//! A robot of the modules' own behaviours over links that delay and lose messages, and checks of a robot
+//! against the gait's definition.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -30,7 +30,7 @@ const ANSWERS_AFTER: u32 = 4;
 /// A dock of one of the robot's modules.
 pub type Port = (usize, Dock);
 
-/// SplitMix64: the same run for the same seed.
+/// SplitMix64: the same seed gives the same run.
 pub struct Random(u64);
 
 impl Random {
@@ -54,7 +54,7 @@ pub struct Beat {
     pub data: Data,
 }
 
-/// An action that began, or went on into another beat.
+/// An action that began, or continued into another beat.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Act {
     pub at: u32,
@@ -65,18 +65,18 @@ struct Module {
     behaviours: Behaviours,
     gait: Gait,
     is_dead: bool,
-    /// When something is due in it.
+    /// When the module's behaviours are due.
     wake_at: u32,
-    /// Its clock is the robot's plus this: the modules were not switched on together.
+    /// The module's clock is the robot's plus this: the modules were not switched on together.
     clock_offset: u16,
     generated: Vec<Beat>,
     received: Vec<Beat>,
     acts: Vec<Act>,
-    /// What its sensors were asked for, and when they answer.
+    /// The sensors that were asked, and when they answer.
     questions: Vec<(u32, Sensor)>,
 }
 
-/// What a module's behaviours have sent and told of.
+/// The messages and events of a module's behaviours.
 #[derive(Default)]
 struct Here {
     sent: Vec<Letter>,
@@ -116,17 +116,17 @@ pub struct Robot {
     wires: Vec<[Option<Port>; 6]>,
     /// Directions that carry nothing, by the port they leave from.
     pub blind: Vec<Port>,
-    /// What is under way, by the time of its arrival and a running number.
+    /// The messages under way, by the time of arrival and a running number.
     air: BTreeMap<(u32, u64), (Port, Port, Content)>,
     sent: u64,
     random: Random,
     /// A message takes 1 to this many milliseconds.
     pub longest_delay: u16,
-    /// Of a hundred frames, how many are lost, each way.
+    /// How many of a hundred frames are lost, each way.
     pub frame_loss: u64,
-    /// What the accelerometers read along z.
+    /// The accelerometers' reading along z.
     pub up: i16,
-    /// Of a hundred answers of sensors, how many are lost.
+    /// How many of a hundred answers of sensors are lost.
     pub answer_loss: u64,
     /// Until when a dock's link is busy with a hormone.
     busy_until: HashMap<Port, u32>,
@@ -170,8 +170,8 @@ impl Robot {
         }
     }
 
-    /// A head, `body` in this order, a tail. Their indices are in the same order, each branch followed
-    /// by its left and its right leg.
+    /// A robot of a head, `body` in this order, and a tail. Indices are in the same order, each branch
+    /// followed by its left and its right leg.
     pub fn with_body(gait: Gait, body: &[Segment], seed: u64) -> Self {
         let legs = 2 * body.iter().filter(|&&segment| segment == Segment::Branch).count();
         let count = 2 + body.len() + legs;
@@ -192,7 +192,7 @@ impl Robot {
         robot
     }
 
-    /// The types of [`with_body`](Self::with_body)'s modules by construction.
+    /// The intended types of [`with_body`](Self::with_body)'s modules.
     pub fn planned_types(body: &[Segment]) -> Vec<ModuleType> {
         let mut types = vec![ModuleType::Head];
         for segment in body {
@@ -223,7 +223,7 @@ impl Robot {
         }
     }
 
-    /// Modules `one` and `other` change places.
+    /// Swaps the places of modules `one` and `other`.
     pub fn swap(&mut self, one: usize, other: usize) {
         let moved = |index: usize| match index {
             index if index == one => other,
@@ -236,7 +236,7 @@ impl Robot {
         }
     }
 
-    /// `module` starts anew, as after a reset.
+    /// Restarts `module`, as after a reset.
     pub fn reset(&mut self, module: usize) {
         let now = self.clock(module);
         let seed = self.random.below(1 << 16) as u16;
@@ -246,7 +246,7 @@ impl Robot {
         old.acts.push(Act { at: self.now, action: Action::Rest });
     }
 
-    /// `module` falls silent, though it stays attached.
+    /// Silences `module`, which stays attached.
     pub fn kill(&mut self, module: usize) {
         self.modules[module].is_dead = true;
     }
@@ -259,7 +259,7 @@ impl Robot {
         &mut self.wires[module][usize::from(dock.index())]
     }
 
-    /// The neighbours that `module` truly has: attached, alive, and not behind a blind dock.
+    /// The actual neighbours of `module`: attached, alive, and not behind a blind dock.
     pub fn wiring(&self, module: usize) -> Neighbours {
         Dock::ALL.map(|dock| {
             let here = (module, dock);
@@ -293,12 +293,12 @@ impl Robot {
         &self.modules[module].acts
     }
 
-    /// The joints' targets of `module` now.
+    /// The present targets of the joints of `module`.
     pub fn posture(&self, module: usize) -> Option<Posture> {
         self.modules[module].behaviours.controller().posture(self.clock(module))
     }
 
-    /// A remote control at `module` orders the robot about.
+    /// A remote control at `module` gives the robot an order.
     pub fn order(&mut self, module: usize, order: Order) {
         let payload = Hormone::Order(order).to_payload();
         self.receive(module, letter(TaskCode::HORMONE, Address::here(TaskCode::CONSOLE), payload.as_slice()));
@@ -314,7 +314,7 @@ impl Robot {
         self.modules[module].behaviours.controller().course()
     }
 
-    /// How often any module's neighbours have changed, as far as it knows.
+    /// How often the modules have noticed a change of their neighbours, in all.
     pub fn topology_changes(&self) -> u32 {
         self.modules.iter().map(|module| u32::from(module.behaviours.status().topology_changes)).sum()
     }
@@ -351,7 +351,7 @@ impl Robot {
         })
     }
 
-    /// Runs for at most `limit` milliseconds until the robot knows itself; how long it took.
+    /// Runs for at most `limit` milliseconds until the robot knows itself. Returns how long it took.
     pub fn discover(&mut self, limit: u32) -> Option<u32> {
         let start = self.now;
         while !self.knows_itself() {
@@ -393,7 +393,7 @@ impl Robot {
         self.arrive(to, Content::Probe(byte));
     }
 
-    /// What is due in `index` by its own clock.
+    /// Does what is due in module `index` by its own clock.
     fn step(&mut self, index: usize) {
         self.answer(index);
         let now = self.clock(index);
@@ -409,7 +409,7 @@ impl Robot {
         }
     }
 
-    /// The sensors of `index` answer what they were asked for long enough ago.
+    /// The sensors of `index` answer the questions whose time has come.
     fn answer(&mut self, index: usize) {
         while let Some(&(at, sensor)) = self.modules[index].questions.first()
             && at <= self.now
@@ -449,7 +449,7 @@ impl Robot {
         self.follow(index, here);
     }
 
-    /// Does what the behaviours of `index` ask for.
+    /// Handles the events and messages of the behaviours of `index`.
     fn follow(&mut self, index: usize, here: Here) {
         let at = self.now;
         let module = &mut self.modules[index];
@@ -489,8 +489,8 @@ impl Robot {
         }
     }
 
-    /// When the frame of a hormone sent now gets through, if it does. As the link does, it repeats the frame
-    /// until the ACK comes, or gives up; meanwhile the next hormone waits.
+    /// When the frame of a hormone sent now gets through, if it does. The frame is repeated until the ACK
+    /// comes or the link gives up, as on the real link; meanwhile the next hormone waits.
     fn arrival(&mut self, from: Port) -> Option<u32> {
         let mut time = self.now.max(self.busy_until.get(&from).copied().unwrap_or_default());
         let mut arrival = None;
@@ -502,7 +502,7 @@ impl Robot {
             if is_through && !self.is_lost() {
                 break;
             }
-            // The frame, the time-out for the ACK, a probe that comes in, and the back-off.
+            // One try takes the frame, the time-out for the ACK, a probe that comes in, and the back-off.
             let back_off = self.random.below(u64::from(LONGEST) + 1);
             time += 2 + u32::from(ACK_TIMEOUT) + 2 + back_off as u32;
         }
@@ -519,9 +519,9 @@ impl Robot {
         (self.now as u16).wrapping_add(self.modules[index].clock_offset)
     }
 
-    /// How often the centipede's gait was wrong in the beats of `from..to`, by its definition: in each half
-    /// Period every module but head and tail acts once, a leg swings and holds in turn, the two legs of a
-    /// branch never do the same, and nothing else moves.
+    /// How often the centipede's gait was violated in the beats of `from..to`. By its definition, in each
+    /// half Period every module but head and tail acts once, a leg swings and holds in turn, the two legs of
+    /// a branch never do the same, and nothing else moves.
     pub fn gait_violations(&self, from: u32, to: u32) -> usize {
         self.of_type(ModuleType::Head)
             .map(|head| {
@@ -533,12 +533,12 @@ impl Robot {
             .sum()
     }
 
-    /// The modules that are truly of this type.
+    /// The modules that are of this type by the wiring.
     pub fn of_type(&self, wanted: ModuleType) -> impl Iterator<Item = usize> {
         (0..self.len()).filter(move |&module| ModuleType::of(&self.wiring(module)) == wanted)
     }
 
-    /// From each beat of a leader to its next, within `from..to`.
+    /// The time from each beat of a leader to its next one, within `from..to`.
     pub fn beats_of(&self, leader: usize, from: u32, to: u32) -> Vec<[u32; 2]> {
         let starts: Vec<u32> = self.generated(leader).iter().map(|beat| beat.at).collect();
         let beats = starts.windows(2).map(|pair| [pair[0], pair[1]]);
@@ -565,7 +565,7 @@ impl Robot {
         wrong + repeated + together
     }
 
-    /// What `module` did in each beat; `None` where it did not begin exactly one action.
+    /// The action of `module` in each beat; `None` if it did not begin exactly one.
     pub fn actions(&self, module: usize, beats: &[[u32; 2]]) -> Vec<Option<Action>> {
         let in_beat = |&[start, end]: &[u32; 2]| {
             let mut acts = self.acts(module).iter().filter(|act| (start..end).contains(&act.at));
@@ -606,7 +606,7 @@ impl Robot {
     }
 }
 
-/// A module that was switched on `phase` milliseconds before its clock reads `now`, and has been alone.
+/// A module that was switched on `phase` milliseconds before its clock reads `now`, and has been alone since.
 fn alone(gait: Gait, seed: u16, now: u16, phase: u16) -> Behaviours {
     let mut time = now.wrapping_sub(phase);
     let mut behaviours = Behaviours::new(gait, seed, time);

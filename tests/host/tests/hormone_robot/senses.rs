@@ -23,14 +23,14 @@ fn robot(gait: GaitName, body: &[Segment], seed: u64) -> Robot {
     robot
 }
 
-/// What legs did in `from..to`.
+/// The actions of legs in `from..to`.
 fn acts(robot: &Robot, from: u32, to: u32) -> Vec<Vec<Act>> {
     let legs = (0..robot.len()).filter(|&module| matches!(robot.module_type(module), LeftLeg | RightLeg));
     let acts = legs.map(|leg| robot.acts(leg).iter().filter(|act| (from..to).contains(&act.at)).copied());
     acts.map(Iterator::collect).collect()
 }
 
-/// Holds legs against this: in `from..to` each swings, by `swing`, in one beat of a Period and holds in all
+/// Checks that in `from..to` each leg swings, by the action `swing`, in one beat of a Period and holds in all
 /// others.
 fn assert_walks(robot: &Robot, gait: GaitName, from: u32, to: u32, swing: Action) {
     let beats = usize::from(gait.gait().beats);
@@ -58,7 +58,7 @@ fn who_is_turned_over_walks_on_with_its_feet_the_other_way_after_two_beats() {
                 robot.run(12 * beat + 2_000);
                 assert_walks(&robot, gait, turned_at + 2 * beat + 5, robot.now, swing);
             }
-            // No beat is left out meanwhile, whichever way feet go.
+            // No beat is left out meanwhile, for either direction of the feet.
             for acts in acts(&robot, 3_200, robot.now) {
                 assert!(
                     acts.windows(2).all(|pair| (pair[1].at - pair[0].at).abs_diff(beat) <= 20),
@@ -107,7 +107,7 @@ fn a_jolt_is_not_taken_for_lying_otherwise() {
             robot.run(3_000);
             let from = robot.now;
             for _ in 0..100 {
-                // A foot lands, and rattles.
+                // A foot lands, and shakes the sensor.
                 robot.up = -up;
                 robot.run(1 + random.below(25) as u32);
                 robot.up = up;

@@ -24,8 +24,8 @@ fn chain() -> Robot {
     robot
 }
 
-/// Runs for `milliseconds` with the docks' motors: the ends of a body that lies in a circle latch when a dock
-/// of one approaches, and a dock that is released lets go.
+/// Runs for `milliseconds` with the docks' motors. If the body lies in a circle, its ends latch when a dock
+/// of one approaches; a released dock lets go.
 fn run(robot: &mut Robot, milliseconds: u32) {
     for _ in 0..milliseconds / LATCH {
         robot.run(LATCH);
@@ -58,7 +58,7 @@ fn all_walk(robot: &Robot, gait: GaitName, action: Action) {
 
 #[test]
 fn a_chain_becomes_a_ring_and_a_chain_again() {
-    // The order may come to any module.
+    // Any module may get the order.
     for ordered in 0..MODULES {
         let mut robot = chain();
         all_walk(&robot, Caterpillar, Action::Wave);

@@ -1,5 +1,5 @@
-//! Robots of any shape without a loop: they know themselves, whatever arrives at their docks, and a
-//! hormone ends.
+//! Robots of any shape without a loop: they know themselves, even if nonsense arrives at their docks, and a
+//! hormone comes to an end.
 
 use std::num::NonZeroU16;
 
@@ -11,10 +11,10 @@ use tasks::dock::Dock;
 
 use crate::robot::Robot;
 
-/// So long that no head beats during a test.
+/// A beat so long that no head beats during a test.
 const NEVER: NonZeroU16 = NonZeroU16::new(16_383).unwrap();
 
-/// Hangs module after module on an earlier one; `choices` says where and by which docks.
+/// Attaches each module to an earlier one. `choices` selects that module and the docks.
 fn tree(choices: &[(usize, usize, usize)], seed: u64) -> Robot {
     let mut robot = Robot::new(Gait { beat: NEVER, ..Centipede.gait() }, choices.len() + 1, seed);
     for (number, &(parent, parent_dock, dock)) in choices.iter().enumerate() {
@@ -96,7 +96,7 @@ proptest! {
             robot.inject_probe(port, probe);
             robot.run(pause);
         }
-        // Nonsense that paused looks like a neighbour with a lossy link, which is given more time.
+        // Nonsense with pauses looks like a neighbour with a lossy link, and such a link gets more time.
         prop_assert!(robot.discover(u32::from(LOSSY_TIMEOUT) + 50).is_some());
     }
 }

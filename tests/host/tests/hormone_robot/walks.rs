@@ -32,7 +32,7 @@ fn swinging(gait: GaitName, body: &[Segment], seed: u64) -> Vec<Vec<usize>> {
         .collect()
 }
 
-/// Whether each beat's legs follow those of the one before by `order`, round and round.
+/// Whether the swinging legs of successive beats follow `order`, round and round.
 fn goes_round(beats: &[Vec<usize>], order: &[&[usize]]) -> bool {
     let place = |swinging: &Vec<usize>| order.iter().position(|wanted| wanted == swinging);
     beats.iter().all(|beat| place(beat).is_some())

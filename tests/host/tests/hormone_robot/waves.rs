@@ -1,16 +1,18 @@
-//! Gaits of a chain: each joint is where the wave is at that moment, whatever the length of the chain.
+//! Gaits of a chain: each joint follows the wave, for chains of any length.
 
 use hormone::action::Action;
 use hormone::gait::GaitName::{self, Caterpillar, Serpentine};
 
 use crate::robot::{Robot, Segment};
 
-/// Holds the joints of a chain of `modules` against `angles`: those of the module so many places behind the
-/// head, so much of a Period after that module began one. A target is held for one of `steps` of the Period.
+/// Compares the joints of a chain of `modules` with `angles`: the angles of a module, by the fraction of a
+/// Period since that module began one, and its number of places behind the head. A target is held for one of
+/// `steps` steps of the Period.
 fn holds_wave(gait: GaitName, modules: usize, angles: impl Fn(f64, usize) -> [f64; 2], steps: f64) {
     let mut robot = Robot::with_body(gait.gait(), &vec![Segment::Spine; modules - 2], modules as u64);
     robot.discover(150).unwrap();
-    // Who took itself for a head as the robot began may have been some ms early: each beat takes back one.
+    // A module that took itself for a head at the start may have been some ms early; each beat takes back
+    // one.
     robot.run(6_000);
     let period = u32::from(gait.gait().period());
     for _ in 0..2 * period / 7 {

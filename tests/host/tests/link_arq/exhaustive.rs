@@ -1,4 +1,4 @@
-//! Every order of things that can happen on a link, faults in any number among them.
+//! Every order of events that can happen on a link, with any number of faults.
 
 use std::collections::{HashSet, VecDeque};
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -10,16 +10,17 @@ use tasks::dock::Dock;
 const MESSAGES: [u16; 2] = [2, 1];
 const RETRY_LIMIT: u8 = 1;
 const CAPACITY: usize = 2;
-/// Resets, of both ends together: each begins a new epoch, so without a bound there were no end of states.
+/// The most resets, of both ends together. Each begins a new epoch, so without a limit the number of states
+/// would be infinite.
 const RESETS: u8 = 2;
 
-/// What may happen next. The ends are 0 and 1.
+/// The next event. The ends are 0 and 1.
 #[derive(Clone, Copy, Debug)]
 enum Action {
     Start(usize),
     TimeOut(usize),
     Arrive(usize),
-    // From here on faults.
+    // The rest are faults.
     Supersede(usize),
     ArriveWithoutRoom(usize),
     ArriveTwice(usize),
@@ -83,7 +84,7 @@ fn arrive(link: &mut Link, end: usize, room: bool) -> Result<Event, Violation> {
     link.arrive(end, &wire, room)
 }
 
-/// What led to a state: the place of the one before among all, and what happened there.
+/// The step that led to a state: the index of the state before, and the action there.
 #[derive(Clone, Copy)]
 struct Step {
     before: usize,
@@ -91,18 +92,18 @@ struct Step {
 }
 
 struct Search {
-    /// Fingerprints of the states seen, each with the resets that were left there.
+    /// Fingerprints of the states seen, each with the number of resets left.
     seen: HashSet<u64>,
     /// Fingerprints of the states from which recovery was tried.
     recovered: HashSet<u64>,
-    /// By state but the first, in the order in which they were found.
+    /// The step to each state but the first, in the order in which the states were found.
     steps: Vec<Step>,
     /// How many attempts a message may take on a line that has become perfect.
     attempts: usize,
 }
 
 impl Search {
-    /// Breadth first, so that a way to a violation is a shortest one.
+    /// Searches breadth first, so that a path to a violation is a shortest one.
     fn explore(&mut self, start: Link, resets: u8) {
         let mut frontier = VecDeque::from([(start, resets, 0)]);
         while let Some((link, resets, place)) = frontier.pop_front() {
@@ -124,7 +125,7 @@ impl Search {
         }
     }
 
-    /// What happened up to a state.
+    /// The actions up to a state.
     fn way_to(&self, place: usize) -> Vec<Action> {
         let step = |place: usize| place.checked_sub(1).map(|index| self.steps[index]);
         let steps = std::iter::successors(step(place), |last| step(last.before));
@@ -133,8 +134,8 @@ impl Search {
         way
     }
 
-    /// From here on without faults: what is outstanding comes to an end, and then new messages pass
-    /// in both directions at once.
+    /// Continues without faults: outstanding messages come to an end, and then new messages pass in both
+    /// directions at once.
     fn recovers(&self, mut link: Link, place: usize) {
         self.settle(&mut link, [false; 2], place);
         let mut delivered = [false; 2];
@@ -147,7 +148,7 @@ impl Search {
         assert_eq!(delivered, [true; 2], "no recovery after {:?}", self.way_to(place));
     }
 
-    /// Runs until nothing is outstanding or under way; returns at which ends messages were delivered.
+    /// Runs until nothing is outstanding or under way. Returns the ends whose messages were delivered.
     fn settle(&self, link: &mut Link, mut delivered: [bool; 2], place: usize) -> [bool; 2] {
         for _ in 0..100 {
             let arrival = [Action::Arrive(0), Action::Arrive(1)];
@@ -171,7 +172,7 @@ fn fingerprint(state: &impl Hash) -> u64 {
     hasher.finish()
 }
 
-/// Searches all ways to go.
+/// Searches all orders of events.
 fn search(docks: [Dock; 2], seeds: [u16; 2], attempts: usize) {
     let ends = [0, 1].map(|end| End::new(docks[end], seeds[end], RETRY_LIMIT));
     let (seen, recovered) = (HashSet::new(), HashSet::new());

@@ -1,4 +1,4 @@
-//! Measured: the size of what a program declares, from the symbols of the image. It does nothing.
+//! Measured: the sizes of a program's objects, from the symbols of the image. The program does nothing.
 #![no_std]
 #![no_main]
 
@@ -7,7 +7,7 @@ use core::hint::black_box;
 use kernel::{Semaphore, Slot, Stack, Timer};
 use tests_images::finish;
 
-/// 100 bytes are the stack's.
+/// 100 of its bytes are the stack.
 #[unsafe(no_mangle)]
 static TASK_WITH_100_BYTES: Stack<100> = Stack::new();
 
@@ -17,7 +17,7 @@ static SEMAPHORE: Semaphore = Semaphore::new(0);
 #[unsafe(no_mangle)]
 static TIMER: Timer = Timer::new();
 
-/// 16 bytes are the message's.
+/// 16 of its bytes are the message.
 #[unsafe(no_mangle)]
 static MESSAGE_OF_16_BYTES: Slot<[u8; 16]> = Slot::new();
 

@@ -1,6 +1,6 @@
 //! The kernel with every call on tasks, semaphores, timers and queues once, and little else.
 //!
-//! `black_box` hides what the calls work on, so that they are built for any object.
+//! `black_box` hides the objects of the calls, so that these are compiled for any object.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

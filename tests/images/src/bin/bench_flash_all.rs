@@ -1,7 +1,7 @@
-//! The six categories of AvrX's calls, each of ours that stands for one of them once: what `bench_flash` has,
+//! The six categories of AvrX's calls, with each corresponding call of ours once: the calls of `bench_flash`,
 //! and control of tasks, single steps, byte FIFOs, the EEPROM.
 //!
-//! `black_box` hides what the calls work on, so that they are built for any object.
+//! `black_box` hides the objects of the calls, so that these are compiled for any object.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

@@ -1,4 +1,4 @@
-//! What an image takes without a kernel: the vectors, the start-up code, an end.
+//! An image without a kernel: the vectors, the start-up code, an end.
 #![no_std]
 #![no_main]
 

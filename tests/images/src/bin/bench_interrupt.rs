@@ -1,6 +1,6 @@
 //! Measured: an interrupt that wakes a higher task while a lower one is busy.
 //!
-//! The simulator presses the button; the program never ends. `BUSY` is the stack whose use is measured.
+//! The simulator raises the interrupt; the program never ends. `BUSY` is the stack whose use is measured.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -21,7 +21,7 @@ static BUSY: Stack<128> = Stack::new();
 static PRESSED: Semaphore = Semaphore::new(0);
 static OTHER: Semaphore = Semaphore::new(0);
 
-// The board's own handler looks up which semaphore to post. What is measured is the kernel.
+// The board's own handler looks up which semaphore to post, but here the kernel alone is measured.
 kernel::interrupt! {
     fn __vector_5(interrupt) { PRESSED.post(interrupt); }
     fn __vector_6(interrupt) { OTHER.post(interrupt); }

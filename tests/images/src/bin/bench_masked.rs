@@ -57,7 +57,7 @@ extern "C" fn main() -> ! {
 
 fn low(task: &mut Task) -> Never {
     for round in 0..4 {
-        // Each behind the ones before, the last ten due at once.
+        // Each timer is due after the ones before, but the last ten are due at once.
         for (timer, place) in TIMERS.iter().zip(0..) {
             timer.start(
                 task,
@@ -70,7 +70,7 @@ fn low(task: &mut Task) -> Never {
             timer.start(task, 60, &GATE);
         }
         for timer in &TIMERS {
-            timer.start(task, 60, &GATE); // set anew, to the last place
+            timer.start(task, 60, &GATE); // restarted, to the last place
         }
         for timer in TIMERS.iter().skip(10) {
             timer.cancel(task);

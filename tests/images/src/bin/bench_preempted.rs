@@ -1,4 +1,4 @@
-//! Measured: a task blocks, and the one goes on that it has preempted. It never ends.
+//! Measured: a task blocks, and the task that it has preempted continues. The program never ends.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

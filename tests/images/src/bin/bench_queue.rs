@@ -1,5 +1,5 @@
-//! Measured: a message to a higher task that waits for it, and sending and receiving without a switch. It
-//! never ends.
+//! Measured: a message to a higher task that waits for it, and sending and receiving without a switch. The
+//! program never ends.
 #![no_std]
 #![no_main]
 

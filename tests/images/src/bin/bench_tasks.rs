@@ -1,6 +1,6 @@
-//! Measured: a yield, a post and a wait that switch, and those that do not. It never ends.
+//! Measured: a yield, a post and a wait that switch, and those that do not. The program never ends.
 //!
-//! There are two of each kind of object, so that the compiler can build nothing for the only one there is.
+//! There are at least two objects of each kind, so that the compiler can't specialise code for a single one.
 #![no_std]
 #![no_main]
 
@@ -39,7 +39,7 @@ extern "C" fn main() -> ! {
                 end::<POST_BY_CALL>();
             }
         }));
-        // Nothing is alive across a call, so what is measured is the kernel's.
+        // Nothing is alive across a call, so the figures are the kernel's alone.
         start(LOW.start(boot, Priority::P3, |task| {
             loop {
                 begin::<POST_TO_HIGHER>();

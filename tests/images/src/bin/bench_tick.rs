@@ -1,5 +1,5 @@
-//! Measured: what a tick takes from a busy task while timers are pending, and a tick that ends a delay. It
-//! never ends.
+//! Measured: the time that a tick takes from a busy task while timers are pending, and a tick that ends a
+//! delay. The program never ends.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -28,7 +28,7 @@ static RUNG: Semaphore = Semaphore::new(0);
 static NEVER: Semaphore = Semaphore::new(0);
 static BEGIN: Semaphore = Semaphore::new(0);
 
-/// Ticks that no run here lasts.
+/// More ticks than any run takes.
 const FAR: kernel::Ticks = 10_000;
 
 #[unsafe(no_mangle)]

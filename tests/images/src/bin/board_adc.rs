@@ -1,10 +1,11 @@
-//! What is measured in rounds, the joints' motors, and the peripherals that need neither.
+//! Conversions in the joints' rounds of measurement, conversions of other inputs without rounds, and the
+//! watch on the current of a power switch.
 //!
 //! Marks, each reading as two bytes, the low one first: the potentiometer of the roll joint, which is
 //! measured first; both potentiometers, each after the current of its motor; then the multiplexer's inputs 0
-//! to 7 in turn; 0x71 once the third round was posted as a period; 0x73 when interrupts were held up at
-//! each moment of a round, and no reading was taken for another's; 0x72 when the power switch of the first
-//! dock was opened for its current; 0x7f for anything wrong.
+//! to 7 in turn; 0x71 once the third round was posted as a period; 0x73 when interrupts were held up at each
+//! moment of a round, and no reading was taken for that of another input; 0x72 when the power switch of the
+//! first dock was opened because of its current; 0x7f for anything wrong.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
@@ -25,7 +26,7 @@ board::interrupts!(Interrupts: Tick, Adc);
 
 const JOINTS: [Input; 4] = [JOINT_CURRENT, JOINT_POTENTIOMETER, ROLL_CURRENT, ROLL_POTENTIOMETER];
 
-/// Turns of a loop that take a round and more, and a part of one.
+/// Iterations of a loop that take more than a round, and a part of a round.
 const ROUND: u16 = 1_600;
 const MOMENT: u16 = 50;
 const MOMENTS: u16 = 24;
@@ -40,8 +41,8 @@ fn mark_reading(reading: u16) {
     }
 }
 
-/// Whether each joint's reading stays what it is while interrupts are held up for more than a round, at
-/// another moment of one each time.
+/// Whether each joint's readings stay the same while interrupts are held up for more than a round, each time
+/// from another moment of a round.
 fn are_kept_apart(task: &mut Task, analog: &mut Analog) -> bool {
     let right = JOINTS.map(|input| analog.seen(task, input));
     (0..MOMENTS).all(|moment| {

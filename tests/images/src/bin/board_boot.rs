@@ -1,4 +1,4 @@
-//! What a boot finds out.
+//! The data that the board collects at a boot.
 //!
 //! Marks: the nonce, low byte first; then 1 after power-up, 2 after a watchdog reset, 4 after another; then 3
 //! if the board can't be taken twice.

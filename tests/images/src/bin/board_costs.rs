@@ -1,6 +1,6 @@
-//! Measured: what the documentation says of mutexes, of tables in flash, and of event flags that an interrupt
-//! sets. It never ends. Not `bench_`: a task that masks interrupts stands for one here, and `./x bench` would
-//! take it for a task.
+//! Measured: the documented costs of mutexes, of tables in flash, and of event flags that an interrupt sets.
+//! The program never ends. Its name does not begin with `bench_`, because here a task that masks interrupts
+//! stands for an interrupt, and `./x bench` would take it for a task.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -42,7 +42,7 @@ kernel::flash! {
     static OF_8: [[u8; 8]; 4] = [[1; 8]; 4];
 }
 
-// Time stands still: no timer drives it, so no tick comes into what is measured.
+// No timer drives the tick, so no tick disturbs the measurement.
 kernel::tick_interrupt!(__vector_15);
 
 #[unsafe(no_mangle)]
@@ -63,7 +63,7 @@ extern "C" fn main() -> ! {
                 }
             }));
         }
-        // Once all the others wait.
+        // It runs once all the others wait.
         start(LAST.start(boot, Priority::P6, |task| {
             loop {
                 GO.post(task);
@@ -94,7 +94,7 @@ fn measure(task: &mut Task) -> Never {
     }
 }
 
-/// Looks an element up in each table. What it finds is used behind the stretch.
+/// Looks up an element in each table. The element is used after the measured stretch.
 #[inline(never)]
 fn look_up(index: usize) {
     begin::<TABLE_1>();
@@ -115,7 +115,7 @@ fn look_up(index: usize) {
     black_box(eight.unwrap_or([0; 8]));
 }
 
-/// Sets a flag for which nobody waits, as an interrupt does.
+/// Sets a flag for which no task waits, as an interrupt does.
 #[inline(never)]
 fn set<const STRETCH: u8>(task: &mut Task, flags: &EventFlags) {
     task.mask(|_| {

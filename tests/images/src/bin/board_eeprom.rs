@@ -1,8 +1,8 @@
 //! Two tasks use the EEPROM at once.
 //!
-//! Marks: 1 the first task begins to write, 2 it has written, then what it reads of the other's; 3 the other
-//! begins to write, 4 it has written, 5 it has written the same again, 6, 7 and 8 it may neither read nor
-//! write beyond the end; then the EEPROM's last byte.
+//! Marks: 1 the first task begins to write, 2 it has written, then the bytes of the other that it reads; 3
+//! the other begins to write, 4 it has written, 5 it has written the same again, 6, 7 and 8 when it can
+//! neither read nor write beyond the end; then the EEPROM's last byte.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -49,7 +49,7 @@ extern "C" fn main() -> ! {
             mark(if read == Err(OutOfRange) { 6 } else { 0xff });
             let written = storage.write(task, SIZE - 2, &[0; 3]);
             mark(if written == Err(OutOfRange) { 7 } else { 0xff });
-            // By embedded-storage's traits.
+            // Through embedded-storage's traits.
             let mut storage = storage.with(task);
             let written = storage.write(0x10000, &[0]);
             mark(if written == Err(OutOfRange) { 8 } else { 0xff });

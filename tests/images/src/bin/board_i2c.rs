@@ -1,6 +1,6 @@
-//! embedded-hal's I2C with `board_i2c_device` on the same bus, and nobody else.
+//! embedded-hal's I2C with `board_i2c_device` alone on the same bus.
 //!
-//! Marks: 1 to 11 for each step that goes as it should, 0x7f in place of one that does not.
+//! Marks: 1 to 11 for each successful step, 0x7f in place of a failed one.
 //!
 //! | mark | step | statuses at the device |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! Talks to `board_i2c_device` while it exchanges packets with the other MCU, which does the same; see
+//! Uses `board_i2c_device` while it exchanges packets with the other MCU, which does the same; see
 //! `board_i2c_crowd_b`. Three nodes share the bus.
 #![no_std]
 #![no_main]

@@ -1,13 +1,13 @@
-//! A device with sixteen registers at the I2C address 0x48, for the images that talk to one.
+//! A device with sixteen registers at the I2C address 0x48, for the images that use one.
 //!
-//! The first byte written sets which register comes next; further bytes are stored from there on, until all
-//! sixteen have passed: then they are refused. A read goes on from the same place, through ones after the
-//! last. At power-up each register holds its number plus 0x80.
+//! The first byte written sets which register comes next; further bytes are stored from there on, and are
+//! refused after the sixteenth register. A read continues at the same register; after the last one it returns
+//! ones. At power-up each register holds its number plus 0x80.
 //!
-//! Marks: each status that its interface goes through, as the datasheet numbers them.
+//! Marks: each status of its interface, as the datasheet numbers them.
 //!
-//! It stands for a part that is not of this robot. So it knows nothing of the board or the kernel, and it
-//! polls.
+//! It stands for a part that does not belong to this robot. So it uses neither the board's code nor the
+//! kernel, and polls.
 #![no_std]
 #![no_main]
 
@@ -51,7 +51,7 @@ struct Device {
 }
 
 impl Device {
-    /// Whether the next byte written has a place.
+    /// Whether the device accepts the next byte written.
     fn accepts(&self) -> bool {
         self.is_number || self.next < REGISTERS
     }

@@ -1,5 +1,5 @@
-//! Copies and fills every length from 0 to 300 bytes, and looks at what became of them and of the bytes
-//! around. Marks the lengths with a fault, modulo 256, and in the end 0x55.
+//! Copies and fills every length from 0 to 300 bytes, and checks these bytes and the bytes around. Marks the
+//! lengths with a fault, modulo 256, and in the end 0x55.
 #![no_std]
 #![no_main]
 

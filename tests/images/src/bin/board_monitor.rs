@@ -1,4 +1,4 @@
-//! The monitor over USART0, and tasks for it to look at.
+//! The monitor over USART0, and tasks for it to inspect.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
@@ -20,7 +20,7 @@ static WAITER: Stack<96> = Stack::new();
 static ABSENT: Stack<96> = Stack::new();
 static NEVER: Semaphore = Semaphore::new(0);
 
-/// The test finds it by its name, as the monitor's user does by the image's symbols.
+/// The test finds this variable by its name, as the monitor's user does by the image's symbols.
 #[unsafe(no_mangle)]
 static COUNT: MaskedCell<u16> = MaskedCell::new(0);
 

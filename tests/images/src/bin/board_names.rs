@@ -1,4 +1,4 @@
-//! A handler calls a function of the program that has a name which the macro might take for its own.
+//! A handler calls a function of the program whose name the macro uses for a function of its own.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

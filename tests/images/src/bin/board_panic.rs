@@ -1,4 +1,4 @@
-//! A task panics when the button is pressed; the next start tells where.
+//! A task panics when the button is pressed; the next start reports where.
 //!
 //! Marks: 1 after power-up, 2 after a watchdog reset, 4 after another; then, if a panic left a record, the
 //! low and high bytes of its line, column and task.

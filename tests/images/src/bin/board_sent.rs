@@ -1,5 +1,5 @@
-//! USART0 sends frames from a slice that is used for something else as soon as [`Transmit::transmit`] is done
-//! with it. Before each frame its semaphore is posted, as if some had left the line already.
+//! USART0 sends frames from a slice that is reused as soon as [`Transmit::transmit`] returns. Before each
+//! frame the line's semaphore is posted, as if frames had left the line already.
 //!
 //! Marks: the length of a frame as it begins; [`DONE`] when `transmit` returns.
 #![no_std]
@@ -22,7 +22,7 @@ const SIGNALS: [usize; 3] = [0, 1, 3];
 
 const LENGTH: usize = 40;
 const BYTE: u8 = 0x55;
-/// What is in the slice afterwards.
+/// The byte that overwrites the slice afterwards.
 const GONE: u8 = 0xee;
 
 const DONE: u8 = 0x80;

@@ -1,5 +1,5 @@
-//! The UART in software sends each frame back that it has heard. While `HOLDS_UP` is set, a task masks
-//! interrupts for 450 cycles again and again.
+//! The UART in software sends each received frame back. While `HOLDS_UP` is set, a task masks interrupts for
+//! 450 cycles again and again.
 //!
 //! Marks: 0x7f for a byte that was lost.
 #![no_std]
@@ -35,11 +35,11 @@ fn hold_up(task: &mut Task) -> Never {
             continue;
         }
         task.mask(|_| spin::<150>());
-        spin::<80>(); // or the ticks would be held up for ever, and bytes would seem to come late
+        spin::<80>(); // without this ticks would be held up for ever, and bytes would seem to come late
     }
 }
 
-/// Three cycles for each of so many turns.
+/// Takes three cycles for each iteration.
 #[inline(always)]
 fn spin<const TURNS: u8>() {
     // SAFETY: it counts in a register.

@@ -1,4 +1,4 @@
-//! A task writes to the EEPROM while a frame comes in, whose task the software interrupt wakes.
+//! A task writes to the EEPROM while a frame comes in. The software interrupt wakes the frame's task.
 //!
 //! Marks: 1 the task begins to write, 2 it has written; 3 a frame has come.
 #![no_std]

@@ -24,7 +24,7 @@ static TASK: Stack<128> = Stack::new();
 
 fn exercise(task: &mut Task, pwm: JointPwm, direction: JointDirection) -> Option<()> {
     let mut delay = Delay::new(task);
-    delay.delay_us(500); // into the midst of a tick
+    delay.delay_us(500); // into the middle of a tick
     mark(1);
     delay.delay_ms(5);
     mark(2);

@@ -1,8 +1,8 @@
-//! Each USART hears itself: its transmitter must be wired to its own receiver.
+//! Each USART receives its own frames: its transmitter must be wired to its receiver.
 //!
 //! Marks, for USART0 and then with 0x80 added for USART1: the length of each frame that came whole; 0x40 when
-//! the frame that is too long for the receiver's buffer was counted; 0x41 when a stream came through
-//! embedded-io; 0x7f for anything wrong.
+//! the overrun of the frame that is too long for the receiver's buffer was counted; 0x41 when a stream came
+//! through embedded-io; 0x7f for anything wrong.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
@@ -20,12 +20,12 @@ const TOO_LONG: u8 = 0x40;
 const STREAM: u8 = 0x41;
 const WRONG: u8 = 0x7f;
 
-/// Lengths of the frames in bytes, zeros included: some are longer than the inbox, one than the receiver's
-/// buffer.
+/// Lengths of the frames in bytes, zeros included. Some are longer than the inbox, one is longer than the
+/// receiver's buffer.
 const SENT: [usize; 5] = [20, 1, 40, 60, 3];
 const RECEIVED: [usize; 4] = [20, 1, 40, 3];
 
-/// What goes through embedded-io; no zero at its end wakes the receiver.
+/// The bytes that go through embedded-io. No zero at the end wakes the receiver.
 const STREAMED: [u8; 3] = [7, 0, 9];
 
 static SENDER: Stack<240> = Stack::new();

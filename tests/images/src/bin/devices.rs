@@ -1,7 +1,7 @@
-//! A master without docks, whose one behaviour asks devices for things, of its own and of the slave, one
-//! after the other.
+//! A master without docks. Its one behaviour sends requests to devices, its own and the slave's, one after
+//! the other.
 //!
-//! Marks what each device reports, as the four bytes of the report; then waits for the next one that is due.
+//! Marks the four bytes of each report, and waits for the next expected one.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
@@ -55,7 +55,7 @@ mod stack {
     pub static BEHAVIOUR: Stack<250> = Stack::new();
 }
 
-/// Asks, and marks the next report.
+/// Sends a request, and marks the next report.
 fn ask(task: &mut Task, api: Api, request: Request) {
     if api.request(task, TaskCode::HORMONE, request).is_err() {
         mark(0x7f);
@@ -80,7 +80,7 @@ fn behave(task: &mut Task, api: Api) -> Never {
     for _ in Axis::ALL {
         hear(task);
     }
-    // Nothing comes in.
+    // No current comes in.
     ask(task, api, Request::Charge { is_on: true });
     for code in 0..Sensor::COUNT {
         if let Some(sensor) = Sensor::from_code(code) {
@@ -104,7 +104,7 @@ fn behave(task: &mut Task, api: Api) -> Never {
         hear(task);
     }
     ask(task, api, Request::Latch(Dock::Left, End::Latched));
-    // A neighbour gives power, and then no longer: the charger gives up, and the switch opens.
+    // A neighbour supplies power, and then stops: the charger gives up, and the switch opens.
     if api.request(task, TaskCode::HORMONE, Request::Charge { is_on: true }).is_err() {
         mark(0x7f);
     }

@@ -1,4 +1,4 @@
-//! A neighbour that floods a module from before: it sits there by its dock Back.
+//! A neighbour that floods a module from the front, where it is attached by its dock Back.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]

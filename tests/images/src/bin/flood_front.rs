@@ -1,4 +1,4 @@
-//! A neighbour that floods a module from behind: it sits there by its dock Front.
+//! A neighbour that floods a module from behind, where it is attached by its dock Front.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]

@@ -1,5 +1,5 @@
-//! A neighbour that floods a module at a side, by its dock Back, and does not probe: to the module it is
-//! none.
+//! A neighbour that floods a module at a side, by its dock Back, and does not probe, so the module does not
+//! count it as a neighbour.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]

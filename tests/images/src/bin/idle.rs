@@ -1,5 +1,5 @@
-//! Nothing to do for a minute but a mark each second, 0 to 60; and at each press of the button the tick it
-//! is, its low seven bits as a mark from 0x80 on, and 3 ticks later 0x7f.
+//! For a minute nothing but a mark each second, 0 to 60. At each press of the button it marks the present
+//! tick, its low seven bits as a mark from 0x80 on, and 3 ticks later 0x7f.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

@@ -1,4 +1,4 @@
-//! An interrupt wakes a higher task, which runs as the interrupt ends; the busy task goes on unharmed.
+//! An interrupt wakes a higher task, which runs as the interrupt ends; the busy task continues unharmed.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -14,9 +14,9 @@ static BUSY: Stack<96> = Stack::new();
 
 board::interrupts!(Interrupts: External);
 
-// The ATmega2560 has flash beyond the 128 KB to which 16 bits point, in words. The linker puts all code there
-// if this stands before it, and leads to functions whose addresses are taken by stubs. QEMU's `elpm` does not
-// read there, where the initial values of variables would lie.
+// The ATmega2560 has flash beyond the 128 KB that 16 bits address, in words. With this section before it, the
+// linker puts all code there, and makes stubs for functions whose addresses are taken. In QEMU that does not
+// work: its `elpm` can't read there, where the initial values of variables would lie.
 #[cfg(all(feature = "atmega2560", not(feature = "qemu")))]
 core::arch::global_asm!(".pushsection .ctors, \"a\", @progbits", ".skip 0x20000", ".popsection");
 
@@ -43,7 +43,7 @@ extern "C" fn main() -> ! {
     })
 }
 
-/// What the busy task computes when no register is lost under it.
+/// The busy task's result if no register is lost.
 const EXPECTED: u8 = {
     let (mut sum, mut value) = (0u8, 0u8);
     while value < 200 {

@@ -1,5 +1,5 @@
-//! Interprets scripts of kernel calls: each task makes the calls that the harness puts into its mailbox, and
-//! so does the external interrupt.
+//! Interprets scripts of kernel calls: each task, and the external interrupt, makes the calls that the
+//! harness puts into its mailbox.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -23,7 +23,7 @@ board::external_interrupt!(interrupt => handle(interrupt));
 
 static LIVES: Lives = Lives::new();
 
-/// Where tasks wait that have left.
+/// Tasks that have left wait here.
 static GONE: Semaphore = Semaphore::new(0);
 
 const BODIES: [fn(&mut JobContext); JOBS_IN_ALL] = [job::<0>, job::<1>, job::<2>, job::<3>];
@@ -41,15 +41,15 @@ extern "C" fn main() -> ! {
     })
 }
 
-/// Starts a task. It has its priority from the arrangement.
+/// Starts a task, with its priority from the arrangement.
 #[inline(never)]
 fn start_task(context: &mut impl Context, id: usize) -> Result<(), kernel::StartError> {
     let priority = priority(objects::priority_of(id));
     STACKS[id].start(context, priority, move |task| run(id, task))
 }
 
-/// The outcome of `Call::Start`. A task that was killed leaves its stack, unless the call that kills it is
-/// not over.
+/// Makes `Call::Start`. The stack of a killed task is freed first, unless the call that kills the task is not
+/// over yet.
 fn started(context: &mut impl Context, id: usize) -> Outcome {
     if !LIVES.is_dying(id) {
         // SAFETY: the call that killed it is over, and the tasks of scripts pin and lend nothing.
@@ -92,7 +92,7 @@ fn handle(interrupt: &mut Interrupt) {
     }
 }
 
-/// A task.
+/// The body of a task.
 #[inline(never)]
 fn run(id: usize, task: &mut Task) -> Never {
     let mailbox = Mailbox::of(id);
@@ -143,7 +143,7 @@ fn section(id: usize, task: &mut Task, call: Call) -> Outcome {
     Outcome::Nothing
 }
 
-/// A job, which begins as the call that waited for its signal returns.
+/// A job. It begins when the call that waited for its signal returns.
 fn job<const JOB: u16>(context: &mut JobContext) {
     run_job(context, JOB);
 }

@@ -1,5 +1,5 @@
-//! Computes and switches between two tasks for long, which simulators are timed by. Marked: its begin and its
-//! end.
+//! Computes and switches between two tasks for a long time, to measure the speed of simulators. The begin and
+//! the end are marked.
 #![no_std]
 #![no_main]
 
@@ -12,7 +12,7 @@ use tests_images::{finish, start};
 const BEGIN: u8 = 1;
 const END: u8 = 2;
 
-/// Some 400 cycles each.
+/// Some 400 cycles each round.
 const ROUNDS: u32 = 300_000;
 
 static HIGH: Stack<96> = Stack::new();

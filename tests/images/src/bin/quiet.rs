@@ -1,4 +1,5 @@
-//! No timer is armed but where the button is pressed: then a mark, one in 3 ticks, and another in 3 more.
+//! No timer is armed until the button is pressed: then a mark, another after 3 ticks, and another after 3
+//! more.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

@@ -1,4 +1,4 @@
-//! A preempted task keeps its RAMPZ. Not for an MCU without one.
+//! A preempted task keeps its RAMPZ. The image is not for an MCU without that register.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]

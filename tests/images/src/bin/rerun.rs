@@ -1,4 +1,4 @@
-//! A task starts the kernel once more: it goes no further, and other tasks run as ever.
+//! A task starts the kernel once more: it goes no further, and other tasks run as before.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -9,7 +9,7 @@ use tests_images::{finish, start};
 
 board::tick_interrupt!();
 
-/// `init` of a second kernel runs, or its caller goes on.
+/// The `init` of a second kernel has run, or its caller has continued.
 const WRONG: u8 = 0xff;
 
 static AGAIN: Stack<96> = Stack::new();
@@ -28,7 +28,7 @@ extern "C" fn main() -> ! {
         start(OTHER.start(boot, Priority::P2, |task| {
             for number in 3..6 {
                 SIGNAL.wait(task);
-                task.delay(1); // a tick preempts the one that goes no further
+                task.delay(1); // a tick preempts the task that goes no further
                 mark(number);
                 SIGNAL.post(task);
             }

@@ -1,5 +1,5 @@
-//! A task goes deeper and deeper, at last beyond its stack; another one counts what is left of it at each
-//! tick, and finds out.
+//! A task uses more and more of its stack, in the end more than it has. At each tick another task counts the
+//! unused bytes, and detects the overrun.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -17,7 +17,7 @@ board::interrupts!(Interrupts: Tick);
 /// The mark of a stack that is not intact.
 const OVERRUN: u8 = 0xfe;
 
-/// 2 bytes less than it needs: with more, what it uses beyond would keep the watcher from running.
+/// 2 bytes less than the task needs: a larger overrun would keep the watcher from running.
 static DEEP: Stack<{ if cfg!(target_feature = "eijmpcall") { 79 } else { 75 } }> = Stack::new();
 static WATCHER: Stack<128> = Stack::new();
 static NEVER: Stack<64> = Stack::new();

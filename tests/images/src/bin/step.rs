@@ -1,4 +1,4 @@
-//! A task makes single steps, while ticks, a button and tasks of higher priority go on.
+//! A task makes single steps, while ticks, a button and tasks of higher priority continue.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -16,21 +16,21 @@ board::interrupts!(Interrupts: Tick, External, Trap);
 const ROUND: u8 = 1;
 /// The worker is suspended, and has made another step.
 const STEPPED: u8 = 2;
-/// The worker goes on by itself.
+/// The worker runs by itself.
 const RESUMED: u8 = 3;
-/// The highest task, at each tick.
+/// The mark of the highest task, at each tick.
 const TICK: u8 = 4;
-/// A task of high priority, at each press of the button.
+/// The mark of a task of high priority, at each press of the button.
 const PRESSED: u8 = 5;
-/// The walker has got past its yield, its semaphore, its mutex, its post; and has ended.
+/// The walker has passed its yield, its semaphore, its mutex and its post, and has ended.
 const YIELDED: u8 = 0x10;
 const PASSED: u8 = 0x11;
 const UNLOCKED: u8 = 0x12;
 const POSTED: u8 = 0x13;
 const ENDED: u8 = 0x14;
-/// It waits.
+/// The walker waits.
 const WAITS: u8 = 0x15;
-/// A task that it has woken.
+/// The mark of a task that the walker has woken.
 const WOKEN: u8 = 0x16;
 const WRONG: u8 = 0xff;
 
@@ -40,7 +40,7 @@ static TICKED: Stack<128> = Stack::new();
 static PRESSEE: Stack<128> = Stack::new();
 static DIRECTOR: Stack<224> = Stack::new();
 static WOKEN_ONE: Stack<128> = Stack::new();
-/// The test looks at its context.
+/// The test reads this task's context.
 #[unsafe(no_mangle)]
 static WORKER: Stack<192> = Stack::new();
 static WALKER: Stack<192> = Stack::new();
@@ -89,7 +89,7 @@ extern "C" fn main() -> ! {
                 if mixture() != MIXTURE {
                     mark(WRONG);
                 }
-                // Interrupts masked, in the midst and in a call.
+                // A critical section here, and one in a call.
                 task.mask(|masked| ROUNDS.count(masked));
                 GATE.try_wait(task);
             }
@@ -97,7 +97,7 @@ extern "C" fn main() -> ! {
     })
 }
 
-/// Steps a task that was preempted anywhere.
+/// Steps a task that was preempted at any place.
 fn step_worker(task: &mut Task, stepper: &mut Stepper) {
     let worker = WORKER.task();
     expect(stepper.step(task, worker) == Err(Refused::Busy));
@@ -153,7 +153,7 @@ fn expect(is_so: bool) {
     }
 }
 
-/// What [`mixture`] is when no register is lost under it.
+/// The value of [`mixture`] if no register is lost.
 const MIXTURE: u32 = mix([3, 5, 7, 11, 13, 17]);
 
 #[inline(always)]

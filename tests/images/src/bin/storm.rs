@@ -1,5 +1,5 @@
-//! Timers that are due at adjacent ticks, in an interrupt storm: ticks and an external interrupt whose handler
-//! takes any time, which the harness raises wherever it likes.
+//! Timers that are due at adjacent ticks, in an interrupt storm: the harness raises ticks and an external
+//! interrupt, whose handler takes varying times, at any instruction.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -22,7 +22,7 @@ const WRONG: u8 = 0xff;
 
 static ALARMED: Stack<192> = Stack::new();
 static WAITING: [Stack<192>; 3] = [const { Stack::new() }; 3];
-/// Not a byte more than it needs, or one less.
+/// Exactly as many bytes as the task needs, or one less.
 static BUSY: Stack<
     {
         let needs = if cfg!(target_feature = "eijmpcall") { 43 } else { 41 };
@@ -63,7 +63,7 @@ fn arm(task: &mut Task) -> Never {
     }
 }
 
-/// Waits with a timeout, which ends a tick after the next task's.
+/// Waits with a timeout. Each task's timeout ends a tick after that of the task before.
 fn wait(task: &mut Task, answer: &'static Semaphore, ticks: u16) -> Never {
     loop {
         let begun = now(task);
@@ -73,7 +73,8 @@ fn wait(task: &mut Task, answer: &'static Semaphore, ticks: u16) -> Never {
     }
 }
 
-/// The external interrupt: takes some 2000 cycles at most, opens a window, and answers a task at times.
+/// The handler of the external interrupt: it takes some 2000 cycles at most, opens a window, and sometimes
+/// answers a task.
 #[inline(never)]
 fn handle(interrupt: &mut Interrupt) {
     let has_window = interrupt.mask(|masked| HAS_WINDOW.replace(masked, true));
@@ -88,7 +89,7 @@ fn handle(interrupt: &mut Interrupt) {
     for _ in 0..random & 0xff >> (random >> 8 & 7) {
         black_box(());
     }
-    // SAFETY: where this interrupt comes again it does nothing.
+    // SAFETY: if this interrupt comes again within the window, its handler returns at once.
     unsafe { interrupt.window() };
     interrupt.mask(|masked| HAS_WINDOW.set(masked, false));
     if let Some(answer) = ANSWERS.get(usize::from(random >> 12)) {

@@ -1,4 +1,4 @@
-//! Swept: what tasks do to tasks: suspend, resume, change their priority, end.
+//! Swept: calls by which tasks control tasks: suspend, resume, change of priority, end.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -19,7 +19,7 @@ board::external_interrupt!(interrupt => {
 
 static GATE: Semaphore = Semaphore::new(0);
 static DONE: Semaphore = Semaphore::new(0);
-/// The guest waits for it, and interrupts post it.
+/// The guest waits for this semaphore, and interrupts post it.
 static CALL: Semaphore = Semaphore::new(0);
 static NEVER: Semaphore = Semaphore::new(0);
 
@@ -27,7 +27,7 @@ const DIRECTOR: TaskHandle = stack::DIRECTOR.task();
 const LOW: TaskHandle = stack::LOW.task();
 const RACER: TaskHandle = stack::RACER.task();
 const RECEIVER: TaskHandle = stack::RECEIVER.task();
-/// Resumed by interrupts, whether it is suspended or not.
+/// Interrupts resume this task, whether it is suspended or not.
 const TWIN: TaskHandle = stack::TWIN.task();
 const PEER: TaskHandle = stack::PEER.task();
 const MIDDLE: TaskHandle = stack::MIDDLE.task();
@@ -39,7 +39,7 @@ extern "C" fn main() -> ! {
 }
 
 fn director(task: &mut Task) {
-    // What a suspended task waits for comes.
+    // The wait of a suspended task ends.
     path(task, 0, |task| {
         GO_MIDDLE.post(task);
         done(MIDDLE.suspend(task));
@@ -50,7 +50,7 @@ fn director(task: &mut Task) {
         mark(2);
         NOTHING
     });
-    // It does not: the task waits on.
+    // The wait does not end: the task keeps waiting.
     path(task, 1, |task| {
         GO_MIDDLE.post(task);
         done(MIDDLE.suspend(task));
@@ -72,7 +72,8 @@ fn director(task: &mut Task) {
         mark(2);
         NOTHING
     });
-    // Of those that are preempted, and that have arrived at the running one's priority and at a lower one.
+    // Suspends tasks that are preempted, and tasks that have become ready at the running task's priority and
+    // at a lower one.
     path(task, 3, |task| {
         GO_MIDDLE.post(task);
         mark(5);
@@ -107,7 +108,7 @@ fn director(task: &mut Task) {
         mark(4);
         NOTHING
     });
-    // Of those that interrupts wake.
+    // Changes priorities of tasks that interrupts wake.
     path(task, 8, |task| {
         done(RACER.set_priority(task, Priority::P3));
         done(RECEIVER.set_priority(task, Priority::P2));
@@ -118,7 +119,7 @@ fn director(task: &mut Task) {
         done(PEER.set_priority(task, Priority::P4));
         NOTHING
     });
-    // Of one that an interrupt may resume meanwhile.
+    // Changes the priority of a task that an interrupt may resume meanwhile.
     path(task, 9, |task| {
         GO_TWIN.post(task);
         done(TWIN.set_priority(task, Priority::P3));
@@ -145,7 +146,7 @@ fn director(task: &mut Task) {
         CALL.try_wait(task);
         NOTHING
     });
-    // From among those that wait with it.
+    // Kills a task in the middle of a wait queue.
     path(task, 11, |task| {
         GO_LOW.post(task);
         invite(task, Priority::P5, |task| {
@@ -160,7 +161,7 @@ fn director(task: &mut Task) {
         mark(3);
         NOTHING
     });
-    // One that has not run yet, and one that is preempted.
+    // Kills a task that has not run yet, and one that is preempted.
     path(task, 12, |task| {
         GO_MIDDLE.post(task);
         mark(2);
@@ -182,7 +183,7 @@ fn director(task: &mut Task) {
         }
         NOTHING
     });
-    // One that an interrupt may lead to where it can't be killed.
+    // Kills a task that an interrupt may bring to a place where it can't be killed.
     path(task, 14, |task| {
         invite(task, Priority::P5, |task| {
             loop {
@@ -199,7 +200,7 @@ fn director(task: &mut Task) {
         CALL.try_wait(task);
         NOTHING
     });
-    // A tick wakes the task out of this one.
+    // A tick wakes the guest while this task runs.
     path(task, 15, |task| {
         invite(task, Priority::P5, |task| {
             task.delay(1);
@@ -320,7 +321,7 @@ fn state(task: &mut Task, other: TaskHandle) -> u8 {
     0x20 + other.state(task) as u8
 }
 
-/// For a body that has nothing to do.
+/// The rest of a body that has nothing to do.
 fn sleep() -> Never {
     loop {
         core::hint::spin_loop();

@@ -44,7 +44,7 @@ fn director(task: &mut Task) {
         mark(3);
         NOTHING
     });
-    // From there to a lower one that waits.
+    // From a higher task to a lower one that waits.
     path(task, 3, |task| {
         GO_LOW.post(task);
         GO_MIDDLE.post(task);
@@ -63,7 +63,7 @@ fn director(task: &mut Task) {
         open(LETTERS.try_receive(task));
         NOTHING
     });
-    // By the same pool and queue as the interrupt's: to a higher task, and from there to a lower one.
+    // Through the pool and queue that the interrupt uses: to a higher task, and from there to a lower one.
     path(task, 5, |task| {
         send(task);
         send(task);
@@ -86,7 +86,7 @@ fn director(task: &mut Task) {
         mark(3);
         NOTHING
     });
-    // By the same queue as the interrupt's, which soon is full.
+    // Through the queue that the interrupt uses, which is soon full.
     path(task, 9, |task| {
         note(task);
         let first = NOTES.try_receive(task);

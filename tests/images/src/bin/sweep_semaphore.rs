@@ -1,4 +1,4 @@
-//! Swept: semaphores and event flags, to nobody, to higher, to lower and to equal tasks, with and without a
+//! Swept: semaphores and event flags, to no task and to higher, lower and equal tasks, with and without a
 //! wait.
 #![no_std]
 #![no_main]
@@ -31,14 +31,15 @@ fn director(task: &mut Task) {
         let taken = STORE.try_wait(task);
         Did { stored: -i16::from(taken), ..NOTHING }
     });
-    // To a higher task, which blocks again: to this one, which gave up the CPU by its own call.
+    // To a higher task, which blocks again and so switches to this one, which gave up the CPU by its own
+    // call.
     path(task, 2, |task| {
         mark(1);
         GO_MIDDLE.post(task);
         mark(3);
         NOTHING
     });
-    // From the higher task to a lower one, which has arrived when the higher one blocks.
+    // From the higher task to a lower one, which is ready when the higher one blocks.
     path(task, 3, |task| {
         GO_MIDDLE.post(task);
         mark(4);
@@ -65,7 +66,7 @@ fn director(task: &mut Task) {
         GO_MIDDLE.post(task);
         Did { raced: 3, ..NOTHING }
     });
-    // Several arrive, at two priorities, before the one that woke them blocks.
+    // Several tasks become ready, at two priorities, before the task that woke them blocks.
     path(task, 7, |task| {
         GO_MIDDLE.post(task);
         mark(5);
@@ -89,7 +90,7 @@ fn director(task: &mut Task) {
         SIGNS.take(task, 2);
         Did { flags: 6, ..NOTHING }
     });
-    // Waits with a time limit: the signal is in store, comes, and does not come.
+    // Waits with a timeout: the signal is in store, comes, or does not come.
     path(task, 10, |task| {
         GATE.post(task);
         mark(if GATE.wait_timeout(task, 5).is_ok() { 1 } else { 2 });
@@ -99,7 +100,7 @@ fn director(task: &mut Task) {
         mark(if GATE.wait_timeout(task, 1).is_ok() { 5 } else { 6 });
         NOTHING
     });
-    // As a task's loop posts: to a higher task, and to a lower one.
+    // By `post_in_loop`: to a higher task, and to a lower one.
     path(task, 11, |task| {
         mark(1);
         GO_MIDDLE.post_in_loop(task);

@@ -20,9 +20,9 @@ static TIMER: Timer = Timer::new();
 
 static ONE: Job = Job::new(&FIRST, one);
 static OTHER: Job = Job::new(&SECOND, other);
-/// Before the task that interrupts wake by the same semaphore.
+/// This job waits ahead of the task that interrupts wake through the same semaphore.
 static RUN: Job = Job::new(&RACE, run);
-/// The task that runs it can't be killed.
+/// This job shows that the task that runs it can't be killed.
 static LAST: Job = Job::new(&DONE, kill);
 
 fn one(job: &mut JobContext) {
@@ -66,7 +66,7 @@ fn director(task: &mut Task) {
         mark(task.wait_any([&FIRST, &SECOND]) as u8);
         NOTHING
     });
-    // What comes second stays in store.
+    // The second signal stays in store.
     path(task, 3, |task| {
         TIMER.start(task, 1, &GO_MIDDLE);
         let other = if task.wait_any([&FIRST, &SECOND]) == 0 { &SECOND } else { &FIRST };
@@ -82,7 +82,7 @@ fn director(task: &mut Task) {
         }
         Did { stored, ..NOTHING }
     });
-    // To a lower task, and where others wait for the same.
+    // To a lower task, while others wait for the same semaphores.
     path(task, 5, |task| {
         GO_LOW.post(task);
         GO_TWIN.post(task);
@@ -111,7 +111,7 @@ fn director(task: &mut Task) {
         mark(3);
         NOTHING
     });
-    // A higher task wakes them.
+    // A higher task wakes the jobs.
     path(task, 7, |task| {
         mark(if task.run_jobs(&[&ONE]).is_err() { 4 } else { WRONG });
         GO_MIDDLE.post(task);

@@ -52,7 +52,7 @@ fn director(task: &mut Task) {
         BELOW.with(task, |below| *below += 5);
         Did { total: 3, below: 5, ..NOTHING }
     });
-    // Those that would preempt have to wait until the value is free.
+    // Tasks that would preempt have to wait until the value is free.
     path(task, 5, |task| {
         TOTAL.with(task, |total| {
             let before = black_box(*total);
@@ -81,7 +81,7 @@ fn director(task: &mut Task) {
         mark(1);
         NOTHING
     });
-    // The same, and the task in the middle blocks while another has arrived.
+    // The same, and the task in the middle blocks while another one is ready.
     path(task, 8, |task| {
         TIMER.start(task, 1, &GO_MIDDLE);
         mark(ASK_TICK);
@@ -130,7 +130,7 @@ fn low(task: &mut Task, path: u8) {
     }
 }
 
-/// What [`mixture`] is when no register is lost under it.
+/// The value of [`mixture`] if no register is lost.
 const MIXTURE: u32 = mix([3, 5, 7, 11, 13, 17]);
 
 #[inline(always)]

@@ -1,4 +1,4 @@
-//! Swept: timers, delays and periods, and the idle task that a tick ends.
+//! Swept: timers, delays and periods, and the end of idling by a tick.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -24,7 +24,7 @@ fn director(task: &mut Task) {
     path(task, 0, |task| {
         FIRST.start(task, FAR, &DONE);
         SECOND.start(task, FAR - 3, &DONE);
-        FIRST.start(task, FAR - 6, &DONE); // set anew
+        FIRST.start(task, FAR - 6, &DONE); // restarted
         THIRD.start(task, FAR, &DONE);
         mark(if SECOND.cancel(task) { 1 } else { 2 });
         mark(if SECOND.cancel(task) { 2 } else { 3 });
@@ -48,7 +48,7 @@ fn director(task: &mut Task) {
         mark(2);
         NOTHING
     });
-    // A tick may have come before the timer is cancelled; then its signal is there.
+    // A tick may have come before the timer is cancelled; then there is a signal.
     path(task, 3, |task| {
         FIRST.start(task, 1, &DONE);
         mark(1);
@@ -58,7 +58,7 @@ fn director(task: &mut Task) {
         mark(if DONE.try_wait(task) { 2 } else { 3 });
         NOTHING
     });
-    // A tick wakes a higher task out of this one.
+    // A tick wakes a higher task while this one runs.
     path(task, 4, |task| {
         GO_MIDDLE.post(task);
         mark(ASK_TICK);
@@ -74,7 +74,7 @@ fn director(task: &mut Task) {
         mark(if now(task) > 0 && period.missed() == 0 { 2 } else { 3 });
         NOTHING
     });
-    // One tick wakes three tasks, out of the idle one.
+    // One tick wakes three tasks while the MCU idles.
     path(task, 6, |task| {
         FIRST.start(task, 2, &GO_LOW);
         SECOND.start(task, 2, &GO_TWIN);

@@ -1,5 +1,5 @@
-//! Counts ticks by the kernel's function, again and again; the harness has the vector count
-//! the same ones.
+//! Counts ticks with the kernel's function, again and again; the harness makes the vector count the same
+//! ones.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -12,12 +12,12 @@ board::tick_interrupt!();
 
 /// The harness raises the tick here.
 const BY_VECTOR: u8 = 1;
-/// It sets the ticks here.
+/// The harness sets the ticks here.
 const BY_FUNCTION: u8 = 2;
-/// A tick was counted; one more where a deadline has come.
+/// A tick was counted; plus one if a deadline has come.
 const COUNTED: u8 = 3;
 
-/// More than the harness has counted.
+/// More rounds than the harness uses.
 const ROUNDS: u16 = 6_000;
 
 static TASK: Stack<96> = Stack::new();

@@ -35,7 +35,7 @@ extern "C" fn main() -> ! {
             mark(0x20);
             FIRST.start(task, 4, &DUE);
             SECOND.start(task, 2, &DUE);
-            FIRST.start(task, 6, &DUE); // set anew
+            FIRST.start(task, 6, &DUE); // restarted
             DUE.wait(task);
             mark(0x21); // 2 ticks later
             DUE.wait(task);

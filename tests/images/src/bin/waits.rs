@@ -1,4 +1,4 @@
-//! One wait of each kind, for what follows tasks from outside.
+//! One wait of each kind, for the tests of the trace, which observes tasks from outside.
 #![no_std]
 #![no_main]
 #![feature(asm_experimental_arch)]
@@ -35,7 +35,7 @@ extern "C" fn main() -> ! {
             finish()
         }));
         start(SECOND.start(boot, Priority::P2, |task| {
-            SIGNAL.wait(task); // behind the first
+            SIGNAL.wait(task); // after the first task
             loop {
                 NEVER.wait(task);
             }
@@ -49,7 +49,7 @@ extern "C" fn main() -> ! {
             }
             let second = SECOND.task();
             let _ = second.suspend(task);
-            SIGNAL.post(task); // it would be ready
+            SIGNAL.post(task); // without the suspension it would be ready
             second.resume(task);
             loop {
                 task.yield_now();

@@ -16,24 +16,24 @@ pub struct Fifo {
 #[derive(Clone, PartialEq)]
 pub struct Pipe {
     fifo: Fifo,
-    /// Bytes that are promised to nobody.
+    /// Bytes that are promised to no task.
     pub(super) bytes: u8,
-    /// Places that are promised to nobody.
+    /// Places that are promised to no task.
     pub(super) space: u8,
 }
 
-/// What comes next in a call that moves a byte through the pipe.
+/// The next step of a call that moves a byte through the pipe.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Motion {
     TryPut(u8),
     CountOverrun,
-    /// To fill the place that was promised. In the end the call returns this.
+    /// Fill the promised place. In the end the call returns this outcome.
     Fill(u8, Outcome),
     AnnounceByte(Outcome),
     TryTake,
-    /// To take bytes as long as there are some.
+    /// Take bytes as long as there are some.
     Flush,
-    /// To take the byte that was promised, and perhaps the others.
+    /// Take the promised byte, and with `flushes` the others, too.
     Drain {
         flushes: bool,
     },
@@ -56,7 +56,7 @@ impl Fifo {
         self.room - self.bytes.len()
     }
 
-    /// Returns the space that is left.
+    /// Puts a byte in. Returns the space that is left.
     fn put(&mut self, byte: u8) -> Option<u8> {
         if self.space() == 0 {
             self.count_overrun();
@@ -78,7 +78,7 @@ impl Pipe {
 }
 
 impl Motion {
-    /// How `call` begins, if it tries to move a byte.
+    /// The first step of `call`, if it tries to move a byte.
     pub(super) fn begun_by(call: Call) -> Option<Motion> {
         match call {
             Call::PipeTryPut(byte) => Some(Motion::TryPut(byte)),
@@ -112,7 +112,7 @@ impl Reference {
         }
     }
 
-    /// What comes next for `id`.
+    /// Makes the next step of `id`.
     pub(super) fn go_on_with_motion(&mut self, id: TaskId, motion: Motion) {
         self.tasks[id].activity = match self.step_of(motion) {
             Continue(motion) => Activity::Moving(motion),
@@ -120,7 +120,7 @@ impl Reference {
         };
     }
 
-    /// All steps at once, as in an interrupt.
+    /// Makes all steps at once, as in an interrupt.
     pub(super) fn move_at_once(&mut self, mut motion: Motion) -> Outcome {
         loop {
             match self.step_of(motion) {

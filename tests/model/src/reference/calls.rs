@@ -1,4 +1,4 @@
-//! What each call does.
+//! The effects of each call.
 
 use kernel::{LONGEST, Refused, Ticks};
 
@@ -7,7 +7,7 @@ use super::{Activity, Alarm, Event, Period, Reference, TaskId, Waiter};
 use crate::call::{Call, Object, Outcome};
 
 impl Reference {
-    /// `id`, which runs, calls.
+    /// The running task `id` makes a call.
     pub(super) fn perform(&mut self, id: TaskId, call: Call) {
         if let Some(motion) = Motion::begun_by(call) {
             self.tasks[id].activity = Activity::Moving(motion);
@@ -122,7 +122,7 @@ impl Reference {
         }
     }
 
-    /// The running task stands in line, in a call with a timeout, and goes on.
+    /// Puts the running task in line, in a call with a timeout. It keeps running.
     fn enlist(&mut self, id: TaskId, call: Call) {
         let object = call.awaits().expect("a call with a timeout waits for something");
         self.tasks[id].is_proxied = true;
@@ -131,7 +131,7 @@ impl Reference {
         self.tasks[id].activity = Activity::Enlisted(call);
     }
 
-    /// The running task, which stands in line, blocks, unless its time is up.
+    /// Blocks the running task, which stands in line, unless its time is up.
     pub(super) fn block_enlisted(&mut self, id: TaskId, call: Call) {
         if self.end(id, call).is_some_and(|end| end <= self.now) {
             self.void_line(id);
@@ -144,7 +144,7 @@ impl Reference {
         }
     }
 
-    /// Sets the time at which `call` ends by itself, if it does and that is not set yet.
+    /// Sets the time at which `call` ends by itself, if there is one and it is not set yet.
     pub(super) fn set_end(&mut self, id: TaskId, call: Call) {
         let event = Event::EndWait(id);
         if !self.alarms.iter().any(|alarm| alarm.event == event) {
@@ -156,17 +156,17 @@ impl Reference {
         self.alarms.retain(|alarm| alarm.event != Event::EndWait(id));
     }
 
-    /// An interrupt calls. It drops at once what it receives.
+    /// A call of an interrupt. It drops a received message at once.
     pub(super) fn call_of_interrupt(&mut self, call: Call) -> Outcome {
         self.call_at_once(call).unwrap_or_else(|| self.call_of_any(call))
     }
 
-    /// A call before the kernel runs, which drops at once what it receives.
+    /// A call before the kernel runs. It drops a received message at once.
     pub fn call_of_boot(&mut self, call: Call) -> Outcome {
         self.call_at_once(call).unwrap_or_else(|| self.call_of_thread(None, self.now, call))
     }
 
-    /// What is one act where no task calls.
+    /// A call that is a single step unless a task makes it.
     fn call_at_once(&mut self, call: Call) -> Option<Outcome> {
         if let Call::TryReceive { queue } = call {
             let message = self.receive(queue);
@@ -176,7 +176,8 @@ impl Reference {
         Motion::begun_by(call).map(|motion| self.move_at_once(motion))
     }
 
-    /// What a task, task `id` if there is one, a job, and who starts them do alike.
+    /// A call that a task, a job and the code that starts the tasks may make. `id` is the task, if there is
+    /// one.
     fn call_of_thread(&mut self, id: Option<TaskId>, clock: u64, call: Call) -> Outcome {
         match call {
             Call::StartTimer { timer, ticks, semaphore } => {
@@ -197,7 +198,7 @@ impl Reference {
         }
     }
 
-    /// What everybody does alike.
+    /// A call that any context may make.
     fn call_of_any(&mut self, call: Call) -> Outcome {
         match call {
             Call::Start { task } => self.start(task).into(),
@@ -217,7 +218,7 @@ impl Reference {
         }
     }
 
-    /// Gives a signal for `object` to the first who waits for it, or stores it.
+    /// Gives a signal for `object` to the first waiter, or stores it.
     pub(super) fn signal(&mut self, object: Object) {
         self.pass_over(object);
         match self.first_in_line(object) {
@@ -236,7 +237,7 @@ impl Reference {
         }
     }
 
-    /// Takes a signal for `object`, if there is one, and says whether there was.
+    /// Takes a signal for `object`, if there is one. Returns whether there was.
     pub(super) fn take_signal(&mut self, object: Object) -> bool {
         let signals = self.signals(object);
         let is_taken = *signals > 0;
@@ -244,7 +245,7 @@ impl Reference {
         is_taken
     }
 
-    /// The signals in store.
+    /// The object's signals in store.
     fn signals(&mut self, object: Object) -> &mut u8 {
         match object {
             Object::Semaphore(semaphore) => &mut self.semaphores[semaphore],
@@ -254,13 +255,13 @@ impl Reference {
         }
     }
 
-    /// Wakes all who wait for flags, to look again.
+    /// Wakes all tasks that wait for flags, to look again.
     fn set_flags(&mut self, flags: u8) {
         self.flags |= flags;
         while self.wake_for_flags() {}
     }
 
-    /// Wakes the first who waits for flags. Returns whether there was one.
+    /// Wakes the first task that waits for flags. Returns whether there was one.
     pub(super) fn wake_for_flags(&mut self) -> bool {
         self.pass_over(Object::Flags);
         let Some(id) = self.first_task_in_line(Object::Flags) else { return false };
@@ -287,7 +288,7 @@ impl Reference {
         Outcome::Number(value.into())
     }
 
-    /// Hands the mutex to the first who waits for it, and then leaves its ceiling.
+    /// Hands the mutex to the first task that waits for it, and then leaves its ceiling.
     fn unlock(&mut self, id: TaskId) -> Outcome {
         self.hand_over(id);
         self.leave_ceiling(id)
@@ -309,7 +310,7 @@ impl Reference {
         Outcome::Nothing
     }
 
-    /// Returns whether the timer was armed.
+    /// Disarms a timer. Returns whether it was armed.
     pub(super) fn disarm(&mut self, timer: usize) -> bool {
         let was_running = self.is_running(timer);
         self.alarms.retain(|alarm| !alarm.is_of(timer));
@@ -320,7 +321,7 @@ impl Reference {
         self.alarms.iter().any(|alarm| alarm.is_of(timer))
     }
 
-    /// Returns the number of deadlines missed if that of the task's period has passed.
+    /// Returns the number of missed deadlines if the deadline of the task's period has passed.
     fn missed_deadline(&mut self, id: TaskId, clock: u64) -> Option<Outcome> {
         let period = self.tasks[id].period.as_mut().expect("it has started one");
         if (1..=period.length).contains(&period.deadline.wrapping_sub(clock as Ticks)) {
@@ -330,7 +331,7 @@ impl Reference {
         Some(Outcome::Number(period.missed))
     }
 
-    /// The tick at which a call that can't go on ends by itself.
+    /// The tick at which a call that can't continue ends by itself.
     pub(super) fn end(&self, id: TaskId, call: Call) -> Option<u64> {
         let clock = self.tasks[id].clock?;
         let ticks = match call {
@@ -343,7 +344,7 @@ impl Reference {
         Some(deadline(clock, ticks))
     }
 
-    /// What a call returns that has ended by itself.
+    /// The outcome of a call that has ended by itself.
     pub(super) fn outcome_in_the_end(&self, id: TaskId, call: Call) -> Outcome {
         match call {
             _ if call.timeout().is_some() => Outcome::Elapsed,
@@ -354,7 +355,7 @@ impl Reference {
     }
 }
 
-/// What a task is at that waited in `call` and is given the signal.
+/// The state of a task that waited in `call` and is given the signal.
 fn with_signal(call: Call) -> Activity {
     match call {
         Call::PipePut(byte) | Call::PipePutTimeout { byte, .. } => {

@@ -1,4 +1,4 @@
-//! What tasks do to tasks, and to themselves.
+//! The calls by which tasks control tasks.
 
 use std::mem;
 
@@ -7,7 +7,7 @@ use kernel::{Priority, Refused, TaskState};
 use super::{Activity, Reference, TaskId, Waiter};
 
 impl Reference {
-    /// Returns whether the task was new, or had ended.
+    /// Starts a task. Returns whether it was new, or had ended.
     pub(super) fn start(&mut self, id: TaskId) -> bool {
         let task = &mut self.tasks[id];
         let is_new = task.activity == Activity::New;
@@ -19,7 +19,7 @@ impl Reference {
         is_new
     }
 
-    /// Suspends `task`: task `id` if that runs, or who starts them all.
+    /// Suspends `task`, for task `id`, or for the code that starts the tasks if `id` is `None`.
     pub(super) fn suspend(&mut self, id: Option<TaskId>, task: TaskId) -> Result<(), Refused> {
         self.may_change(id, task)?;
         self.tasks[task].is_suspended = true;
@@ -27,7 +27,7 @@ impl Reference {
         Ok(())
     }
 
-    /// Returns whether the task was suspended. What it waited for may have come meanwhile.
+    /// Resumes a task. Returns whether it was suspended. Its wait may have ended meanwhile.
     pub(super) fn resume(&mut self, id: TaskId) -> bool {
         let was_suspended = mem::take(&mut self.tasks[id].is_suspended);
         if was_suspended && !matches!(self.tasks[id].activity, Activity::Blocked(_) | Activity::Gone) {
@@ -36,7 +36,8 @@ impl Reference {
         was_suspended
     }
 
-    /// Gives `task` another priority, likewise. One that waits keeps its place.
+    /// Gives `task` another priority, for `id` as in [`suspend`](Self::suspend). A task that waits keeps its
+    /// place.
     pub(super) fn set_priority(
         &mut self,
         id: Option<TaskId>,
@@ -60,20 +61,20 @@ impl Reference {
         }
     }
 
-    /// Ends another task, likewise. The messages that this has are lost.
+    /// Ends another task, for `id` as in [`suspend`](Self::suspend). The messages of the ended task are lost.
     pub(super) fn kill(&mut self, id: Option<TaskId>, task: TaskId) -> Result<(), Refused> {
         self.may_kill(id, task)?;
         self.end_task(task, Activity::New);
         Ok(())
     }
 
-    /// `id`, which runs, ends another task, which can be started when the call is over.
+    /// The running task `id` ends another task, which can be started when the call is over.
     pub(super) fn begin_to_kill(&mut self, id: TaskId, task: TaskId) -> Result<(), Refused> {
         self.may_kill(Some(id), task)?;
         let place = self.lines.iter().position(|&(_, waiter)| waiter == Waiter::Task(task));
         let waited = place.map(|place| (place, self.lines[place].0));
         self.end_task(task, Activity::Dying);
-        // A signal passes it over until it has left its line.
+        // Until it has left its line, a signal passes it over.
         if let Some((place, object)) = waited {
             self.tasks[task].line_priority = self.tasks[task].priority;
             self.lines.insert(place.min(self.lines.len()), (object, Waiter::Void(task)));
@@ -87,7 +88,7 @@ impl Reference {
         self.lines.retain(|&(_, waiter)| waiter != Waiter::Task(id));
     }
 
-    /// The wait of `id` is over: it remains in its line until it leaves that, or a signal passes it over.
+    /// Ends the wait of `id`. It remains in its line until it leaves the line, or a signal passes it over.
     pub(super) fn void_line(&mut self, id: TaskId) {
         for (_, waiter) in &mut self.lines {
             if *waiter == Waiter::Task(id) {
@@ -125,7 +126,7 @@ impl Reference {
         }
     }
 
-    /// Whether `task` may be killed: in a wait by proxy waiters only where it is blocked.
+    /// Whether `task` may be killed. In a wait by proxy waiters it may only while it is blocked.
     fn may_kill(&self, id: Option<TaskId>, task: TaskId) -> Result<(), Refused> {
         self.may_change(id, task)?;
         let other = &self.tasks[task];

@@ -1,4 +1,4 @@
-//! How things may stand where an interrupt comes inside of a call.
+//! The states that an interrupt may find inside of a call.
 
 use std::{iter, mem};
 
@@ -9,12 +9,13 @@ use super::{Activity, Event, Reference, TaskId};
 use crate::call::Call;
 
 impl Reference {
-    /// All ways in which things may stand inside of the call that task `id` is in, which runs, in the order
-    /// of time; none if it should not. A task that has blocked runs until the kernel has found the next one.
+    /// All states that may hold inside of the present call of the running task `id`, in the order of time;
+    /// none if another task should run. A task that has blocked still runs until the kernel has found the
+    /// next one.
     pub fn interrupted_in_call(&self, id: TaskId) -> Vec<Reference> {
         let mut before = self.clone();
-        // It has blocked, and others are yet to do what is theirs; an interrupt may have woken it behind
-        // them.
+        // The task has blocked, and others still have to make their steps. An interrupt may have woken it
+        // behind them.
         let mut ways = Vec::new();
         while before.running() != Some(id) {
             if before.tasks[id].activity != Activity::Own {
@@ -32,10 +33,11 @@ impl Reference {
         }
         let mut acted = before.clone();
         if let Activity::Acting(call) = before.tasks[id].activity {
-            // It counts time from here.
+            // The call counts time from here.
             let mut begun = before.clone();
             begun.tasks[id].clock.get_or_insert(before.now);
-            // It has set the time at which it ends, but does not wait yet; or it is to wait by proxy.
+            // The call has set its end, but the task does not wait yet; or the task is about to wait by
+            // proxy.
             let mut timed = begun.clone();
             if call.timeout().is_some_and(|ticks| ticks > 0) {
                 timed.tasks[id].is_proxied = true;
@@ -47,7 +49,7 @@ impl Reference {
             let halfway = begun.halfway(id, call);
             ways.extend([begun, timed]);
             ways.extend(halfway);
-            // It is not killed as long as it starts or kills a task, or tries to.
+            // A task can't be killed while it starts or kills a task, or tries to.
             let guards = matches!(call, Call::Start { .. } | Call::Kill { .. });
             let guarded = |mut way: Reference| {
                 way.tasks[id].is_unkillable = true;
@@ -59,7 +61,7 @@ impl Reference {
             }
             ways.push(acted.clone());
         }
-        // A call of several acts goes on, also after it has blocked and others have run.
+        // A call of several steps continues, also after the task has blocked and others have run.
         let mut runs = acted.running() == Some(id);
         while acted.settle_first() {
             let ran = mem::replace(&mut runs, acted.running() == Some(id));
@@ -70,7 +72,7 @@ impl Reference {
         ways
     }
 
-    /// All ways in which things may stand while the kernel itself runs, on its way to the next task.
+    /// All states that may hold while the kernel itself runs, on its way to the next task.
     pub fn interrupted_in_kernel(&self) -> Vec<Reference> {
         let mut way = self.clone();
         let mut ways = vec![way.clone()];
@@ -80,8 +82,8 @@ impl Reference {
         ways
     }
 
-    /// All ways in which things may stand inside of a tick: what is due happens one after the other. A timer
-    /// is not running any more before its signal is posted.
+    /// All states that may hold inside of a tick: due events happen one after the other. A timer stops
+    /// running before its signal is posted.
     pub fn interrupted_at_tick(&self) -> Vec<Reference> {
         let mut way = self.clone();
         let mut ways = vec![way.clone()];
@@ -96,12 +98,12 @@ impl Reference {
         ways
     }
 
-    /// Those where a call of several acts has done some of them.
+    /// The states in which a call of several steps has made some of them.
     fn halfway(&self, id: TaskId, call: Call) -> Vec<Reference> {
         let mut way = self.clone();
         match call {
-            // A timer that is set anew is cancelled before. One that is due by now is not set: the call posts
-            // in its place.
+            // A timer that is restarted is cancelled first. A timer that is due by now is not set: the call
+            // posts in its place.
             Call::StartTimer { timer, ticks, semaphore } => {
                 way.disarm(timer);
                 let cancelled = way.clone();
@@ -109,12 +111,12 @@ impl Reference {
                 let is_due = way.tasks[id].clock.is_some_and(|clock| deadline(clock, ticks) <= way.now);
                 iter::once(cancelled).chain(is_due.then_some(way)).collect()
             }
-            // A stack that was left is free, and nobody's, before the next task has it.
+            // A stack that a task has left is free for a moment, before the next task has it.
             Call::Start { task } if way.tasks[task].activity == Activity::New => {
                 way.tasks[task].priority = Priority::P0;
                 vec![way]
             }
-            // A message is refused before that is counted.
+            // A message is refused before the refusal is counted.
             Call::SendMade { queue } if way.is_full(queue) => {
                 way.tasks[id].activity = Activity::Refused { queue };
                 vec![way]
@@ -134,18 +136,19 @@ impl Reference {
             }
             // Messages are dropped one by one.
             Call::DropMessages => iter::from_fn(|| way.drop_message(id).then(|| way.clone())).collect(),
-            // That a mutex is taken is found before the task waits for it.
+            // The task finds the mutex taken before it waits for it.
             Call::Lock { mutex } | Call::LockTimeout { mutex, .. } if way.mutexes[mutex].is_taken => {
                 way.tasks[id].locks = true;
                 vec![way]
             }
-            // A mutex is handed over before its ceiling is left.
+            // A mutex is handed over before the task leaves its ceiling.
             Call::Unlock => {
                 way.hand_over(id);
                 way.tasks[id].activity = Activity::Leaving;
                 vec![way]
             }
-            // Those who wait for flags are woken one by one, also one who looked in vain and waits again.
+            // Tasks that wait for flags are woken one by one, also a task that has looked in vain and waits
+            // again.
             Call::SetFlags(flags) => {
                 way.flags |= flags;
                 way.tasks[id].activity = Activity::Acting(Call::SetFlags(0));

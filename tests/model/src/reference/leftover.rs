@@ -1,11 +1,11 @@
-//! What shows the state in the end: steps that empty every object and end every wait.
+//! Steps that show the final state: they empty every object and end every wait.
 
 use super::{Activity, Queue, Reference, Waiter};
 use crate::call::{BUFFERS, Call, Object};
 use crate::step::{Handler, Step};
 
 impl Reference {
-    /// The next such step, while no task runs.
+    /// The next of these steps, while no task runs.
     pub fn leftover(&self) -> Option<Step> {
         let call =
             self.object_to_empty().or_else(|| self.task_to_resume()).or_else(|| self.call_to_end_a_wait());
@@ -38,7 +38,7 @@ impl Reference {
             Activity::Blocked(
                 Call::WaitForSeveral { semaphores } | Call::WaitForSeveralTimeout { semaphores, .. },
             ) => semaphores.into_iter().find_map(|semaphore| self.post_for_task(semaphore)),
-            // A task that stays blocked may have all messages.
+            // A task that stays blocked may hold all messages.
             Activity::Blocked(Call::Receive { queue } | Call::ReceiveTimeout { queue, .. })
                 if self.pool.used < BUFFERS =>
             {
@@ -57,7 +57,8 @@ impl Reference {
         })
     }
 
-    /// A signal for a task: none where a job takes it, which may wait again before the task for ever.
+    /// A signal for a task; none if a job would take it, because the job may wait ahead of the task again and
+    /// again.
     fn post_for_task(&self, semaphore: usize) -> Option<Call> {
         let is_for_job = match self.first_in_line(Object::Semaphore(semaphore))? {
             Waiter::Member(id, member) => self.is_job(id, member),

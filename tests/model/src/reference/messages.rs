@@ -6,7 +6,7 @@ use super::{Activity, Queue, Reference, TaskId};
 use crate::call::{BUFFERS, Object, Outcome};
 
 impl Reference {
-    /// Returns whether there was one.
+    /// Takes a buffer. Returns whether there was one.
     pub(super) fn take_buffer(&mut self) -> bool {
         if self.pool.used == BUFFERS {
             self.pool.exhausted = self.pool.exhausted.saturating_add(1);
@@ -31,14 +31,14 @@ impl Reference {
         self.queues[queue].refused = self.queues[queue].refused.saturating_add(1);
     }
 
-    /// Appends a message, promised to whom [`announce`](Self::announce) finds.
+    /// Appends a message, promised to the task that [`announce`](Self::announce) finds.
     pub(super) fn append(&mut self, queue: usize, value: u8) {
         let queue = &mut self.queues[queue];
         queue.messages.push_back(value);
         queue.promised += 1;
     }
 
-    /// Wakes the first who waits for a message; if none does, one that was promised is free.
+    /// Wakes the first task that waits for a message. If there is none, a promised message becomes free.
     pub(super) fn announce(&mut self, queue: usize) {
         self.pass_over(Object::Queue(queue));
         match self.first_receiver(queue) {
@@ -68,7 +68,7 @@ impl Reference {
         if queue.has_some() { queue.messages.pop_front() } else { None }
     }
 
-    /// Takes the first message. A promise is of one message, not of a certain one.
+    /// Takes the first message. A promise is for any message, not for a particular one.
     pub(super) fn take_promised(&mut self, id: TaskId, queue: usize) {
         let queue = &mut self.queues[queue];
         queue.promised -= 1;

@@ -1,5 +1,5 @@
-//! The kernel as `docs/kernel.md` describes it, written as plainly as can be: who runs, who waits, and what
-//! time does.
+//! The kernel as `docs/kernel.md` describes it, written as plainly as possible: which task runs, which tasks
+//! wait, and the events of time.
 
 mod bytes;
 mod calls;
@@ -21,60 +21,60 @@ use several::{Group, Stage};
 
 pub type TaskId = usize;
 
-/// What a task is at.
+/// The state of a task.
 #[derive(Clone, Copy, PartialEq)]
 enum Activity {
     /// Between two calls.
     Own,
     /// In this call, which blocks.
     Blocked(Call),
-    /// In a call that returns this when the task runs.
+    /// In a call that returns this outcome when the task runs.
     Returning(Outcome),
-    /// In this call, which acts when the task runs: at first, or again.
+    /// In this call, which acts when the task runs, for the first time or again.
     Acting(Call),
-    /// In this wait for flags, which have changed: it looks again when the task runs.
+    /// In this wait for flags, which have changed. The call looks again when the task runs.
     Again(Call),
-    /// In a call that takes a message when the task runs: one is promised to it.
+    /// In a call that takes a message when the task runs. A message is promised to it.
     Receiving { queue: usize },
     /// In a call that announces a message when the task runs.
     Announcing { queue: usize },
     /// In a call that counts a message as refused when the task runs.
     Refused { queue: usize },
-    /// In this wait for several semaphores, or before a job, where this comes next when the task runs.
+    /// In this wait for several semaphores, or before a job. The stage comes next when the task runs.
     Several(Call, Stage),
-    /// In a call where this comes next when the task runs.
+    /// In a call that moves a byte. The motion comes next when the task runs.
     Moving(Motion),
     /// In a call that leaves a ceiling when the task runs.
     Leaving,
-    /// In a call that has killed another task: that can be started when this call is over.
+    /// In a call that has killed another task, which can be started when this call is over.
     Ending { task: TaskId },
-    /// In this call with a timeout: it stands in line, and is about to block.
+    /// In this call with a timeout. The task stands in line, and is about to block.
     Enlisted(Call),
     /// It was killed by a call that is not over.
     Dying,
     /// It has not been started, or has ended.
     New,
-    /// It has left: it neither runs nor waits for anything here.
+    /// It has left the script: it neither runs nor waits for anything here.
     Gone,
 }
 
 #[derive(Clone, PartialEq)]
 struct Task {
     priority: Priority,
-    /// Its priority where it starts.
+    /// The priority with which it starts.
     first_priority: Priority,
     activity: Activity,
     is_suspended: bool,
-    /// It starts or kills a task, or tries to: it is not killed.
+    /// It starts or kills a task, or tries to, and can't be killed meanwhile.
     is_unkillable: bool,
-    /// It is in a wait with a timeout, or on its way into or out of one: it is killed only where it is
+    /// It is in a wait with a timeout, or on its way into or out of one. It can be killed only while it is
     /// blocked.
     is_proxied: bool,
-    /// With this priority it stands in line there.
+    /// The priority with which it stands in line there.
     line_priority: Priority,
     /// It has a mutex, or has found one taken and waits for it.
     locks: bool,
-    /// What the clock was when the call that it is in read it, if it has.
+    /// The clock when its present call read it, if it has.
     clock: Option<u64>,
     /// The mutex that it holds, or whose ceiling it has not left yet.
     holds: Option<usize>,
@@ -83,17 +83,17 @@ struct Task {
     /// How many messages it has received and not dropped yet.
     received: usize,
     period: Option<Period>,
-    /// Those that stand in line in its place.
+    /// The waiters that stand in line in its place.
     group: Option<Group>,
-    /// The member of these whose job runs.
+    /// The member of this group whose job runs.
     job: Option<usize>,
 }
 
-/// Who stands in line.
+/// A waiter in a line.
 #[derive(Clone, Copy, PartialEq)]
 enum Waiter {
     Task(TaskId),
-    /// A task whose wait has timed out, until it runs or a signal passes it over.
+    /// A task whose wait is over, until it runs or a signal passes it over.
     Void(TaskId),
     /// A member of this task's group.
     Member(TaskId, usize),
@@ -118,7 +118,7 @@ struct Mutex {
 struct Queue {
     room: usize,
     messages: VecDeque<u8>,
-    /// How many of these are promised to tasks that were woken to take one.
+    /// How many of these messages are promised to tasks that were woken to take one.
     promised: usize,
     refused: u16,
 }
@@ -131,7 +131,7 @@ struct Pool {
     exhausted: u16,
 }
 
-/// What time brings.
+/// An event at a time.
 #[derive(Clone, PartialEq)]
 struct Alarm {
     deadline: u64,
@@ -140,7 +140,7 @@ struct Alarm {
 
 #[derive(Clone, Copy, PartialEq)]
 enum Event {
-    /// The timer is not running any more where its signal is about to be posted.
+    /// `timer` is `None` while its signal is about to be posted: then it is not running any more.
     Post {
         timer: Option<usize>,
         semaphore: usize,
@@ -152,9 +152,10 @@ enum Event {
 pub struct Reference {
     now: u64,
     tasks: Vec<Task>,
-    /// The tasks that are ready, in the order in which they became so. One that is preempted keeps its place.
+    /// The ready tasks, in the order in which they became ready. A preempted task keeps its place.
     ready: Vec<TaskId>,
-    /// Who waits for what; those for one and the same in the order in which they are served.
+    /// Waiters with the objects that they wait for. Waiters for the same object are in the order in which
+    /// they are served.
     lines: Vec<(Object, Waiter)>,
     /// In the order in which they were set.
     alarms: Vec<Alarm>,
@@ -166,7 +167,7 @@ pub struct Reference {
     pool: Pool,
     fifo: Fifo,
     pipe: Pipe,
-    /// The semaphore that each waits for.
+    /// The semaphore that each job waits for.
     jobs: Vec<usize>,
 }
 
@@ -180,7 +181,7 @@ impl Reference {
     /// The kernel at the start.
     pub fn new(setup: &Setup) -> Self {
         let task = |(id, &priority)| Task {
-            // A task has its priority from its start on.
+            // A task has its own priority only from its start on.
             priority: if id < setup.started { priority } else { Priority::P0 },
             first_priority: priority,
             is_suspended: false,
@@ -217,7 +218,7 @@ impl Reference {
         }
     }
 
-    /// The task that runs: the highest that is ready. Among equals it is one that a ceiling has raised, then
+    /// The task that runs: the highest ready task. Among equals it is a task that a ceiling has raised, then
     /// the first that became ready.
     pub fn running(&self) -> Option<TaskId> {
         self.ready.iter().copied().min_by_key(|&id| {
@@ -253,7 +254,7 @@ impl Reference {
         [Call::Unlock, Call::EndJob].into_iter().find(|&call| self.permits(call))
     }
 
-    /// The running task calls. The call acts when things settle.
+    /// The running task makes a call. The call acts in [`settle`](Self::settle).
     pub fn call(&mut self, call: Call) {
         let id = self.running().expect("a task runs");
         let task = &mut self.tasks[id];
@@ -261,13 +262,13 @@ impl Reference {
         if let (Call::WaitForPeriod, Some(period)) = (call, &mut task.period) {
             period.deadline = period.deadline.wrapping_add(period.length);
         }
-        // A job has no messages of another's.
+        // A job does not inherit messages of another job.
         if matches!(call, Call::RunJobs { .. } | Call::EndJob) {
             self.drop_messages(id);
         }
     }
 
-    /// The call that the running task is in returns. Tells what, if it is in one.
+    /// The running task's call returns. Returns its outcome, if the task is in a call.
     pub fn returned(&mut self) -> Option<Outcome> {
         let id = self.running()?;
         let Activity::Returning(outcome) = self.tasks[id].activity else { return None };
@@ -284,20 +285,20 @@ impl Reference {
         self.drop_messages(id);
     }
 
-    /// Whether all tasks have left, but for those that run jobs for good.
+    /// Whether all tasks have left, except those that run jobs for ever.
     pub fn is_deserted(&self) -> bool {
         self.tasks.iter().all(|task| {
             matches!(task.activity, Activity::Gone | Activity::Blocked(Call::RunJobs { .. } | Call::EndJob))
         })
     }
 
-    /// All tasks come back that have left.
+    /// Brings back all tasks that have left.
     pub fn come_back(&mut self) {
         self.ready = (0..self.tasks.len()).filter(|&id| self.tasks[id].activity == Activity::Gone).collect();
         self.ready.iter().for_each(|&id| self.tasks[id].activity = Activity::Own);
     }
 
-    /// An interrupt comes and goes. Tells what its calls return.
+    /// An interrupt comes and goes. Returns the outcomes of its calls.
     pub fn interrupt(&mut self, calls: &[Call]) -> Vec<Outcome> {
         calls.iter().map(|&call| self.call_of_interrupt(call)).collect()
     }
@@ -307,25 +308,25 @@ impl Reference {
         self.now += 1;
     }
 
-    /// What is due by now happens.
+    /// Makes all events happen that are due by now.
     pub fn fire(&mut self) {
         while self.fire_first() {}
     }
 
-    /// Which is the first of what is due by now.
+    /// The index of the first event that is due by now.
     fn first_due(&self) -> Option<usize> {
         let due = self.alarms.iter().enumerate().filter(|(_, alarm)| alarm.deadline <= self.now);
         due.min_by_key(|(_, alarm)| alarm.deadline).map(|(index, _)| index)
     }
 
-    /// The first of what is due by now happens. Returns whether there was any.
+    /// Makes the first event happen that is due by now. Returns whether there was one.
     fn fire_first(&mut self) -> bool {
         let Some(first) = self.first_due() else { return false };
         let Alarm { event, .. } = self.alarms.remove(first);
         match event {
             Event::Post { semaphore, .. } => self.signal(Object::Semaphore(semaphore)),
             Event::EndWait(id) => {
-                // If it does not wait yet, it looks at the clock itself before it does.
+                // A task that does not wait yet looks at the clock itself before it waits.
                 if let Activity::Blocked(Call::WaitForSeveralTimeout { .. }) = self.tasks[id].activity {
                     self.end_several(id);
                 } else if let Activity::Blocked(call) = self.tasks[id].activity {
@@ -337,13 +338,13 @@ impl Reference {
         true
     }
 
-    /// The task that runs does what its call has to do, and so does the next if that blocks, until one is
-    /// where its call returns or between two calls.
+    /// The running task makes the steps of its call. If it blocks, the next task does so, until one is about
+    /// to return from its call, or is between two calls.
     pub fn settle(&mut self) {
         while self.settle_first() {}
     }
 
-    /// The task that runs does what its call has to do. Returns whether there was anything.
+    /// The running task makes the next step of its call. Returns whether there was one.
     fn settle_first(&mut self) -> bool {
         let Some(id) = self.running() else { return false };
         let task = &mut self.tasks[id];
@@ -390,7 +391,7 @@ impl Reference {
         true
     }
 
-    /// Makes a blocked task ready; one that is about to block is so already.
+    /// Makes a blocked task ready. A task that is about to block is still ready.
     fn wake(&mut self, id: TaskId, activity: Activity) {
         self.leave_line(id);
         self.cancel_end(id);
@@ -401,7 +402,7 @@ impl Reference {
         }
     }
 
-    /// Appends a task to those that are ready, if it may run.
+    /// Appends a task to the ready ones, unless it is suspended.
     fn make_ready(&mut self, id: TaskId) {
         self.ready.retain(|&other| other != id);
         if !self.tasks[id].is_suspended {
@@ -418,7 +419,7 @@ impl Reference {
         self.tasks[id].activity = Activity::Blocked(call);
     }
 
-    /// Who comes is served before the first that is lower.
+    /// Puts a waiter in line before the first one of lower priority.
     fn stand_in_line(&mut self, waiter: Waiter, object: Object) {
         let priority = self.priority_in_line(waiter);
         let is_behind =
@@ -435,13 +436,13 @@ impl Reference {
         }
     }
 
-    /// The first that waits for `object`.
+    /// The first waiter for `object`.
     fn first_in_line(&self, object: Object) -> Option<Waiter> {
         let is_first = |&&(other, waiter): &&(Object, Waiter)| other == object && !self.is_void(waiter);
         self.lines.iter().find(is_first).map(|&(_, waiter)| waiter)
     }
 
-    /// A signal for `object` passes over those who do not wait any more, and come before the first who does.
+    /// A signal for `object` removes the waiters whose wait is over, up to the first one that still waits.
     fn pass_over(&mut self, object: Object) {
         let mut has_passed = false;
         let mut lines = mem::take(&mut self.lines);
@@ -453,7 +454,7 @@ impl Reference {
         self.lines = lines;
     }
 
-    /// Whether the wait is over of who stands there.
+    /// Whether the waiter's wait is over.
     fn is_void(&self, waiter: Waiter) -> bool {
         match waiter {
             Waiter::Task(_) => false,
@@ -462,7 +463,7 @@ impl Reference {
         }
     }
 
-    /// The first task that waits for `object`, one for which only tasks do.
+    /// The first task that waits for `object`, for which only tasks wait, and no group.
     fn first_task_in_line(&self, object: Object) -> Option<TaskId> {
         match self.first_in_line(object)? {
             Waiter::Task(id) => Some(id),

@@ -1,4 +1,4 @@
-//! Waits for several semaphores, and jobs: others stand in line in place of a task.
+//! Waits for several semaphores, and jobs: proxy waiters stand in line in place of a task.
 
 use std::collections::VecDeque;
 use std::ops::ControlFlow::{self, Break, Continue};
@@ -8,13 +8,13 @@ use kernel::Priority;
 use super::{Activity, Reference, TaskId, Waiter};
 use crate::call::{Call, Object, Outcome, SEVERAL};
 
-/// Those that stand in line in place of a task. Who has a group is not killed.
+/// The proxy waiters that stand in line in place of a task. A task with a group can't be killed.
 #[derive(Clone, Default, PartialEq)]
 pub struct Group {
     members: Vec<Member>,
-    /// The members that were given a signal, in this order.
+    /// The members that have been given a signal, in the order of the signals.
     woken: VecDeque<usize>,
-    /// The time of the wait was up.
+    /// Whether the time of the wait is up.
     is_over: bool,
 }
 
@@ -22,32 +22,33 @@ pub struct Group {
 struct Member {
     semaphore: usize,
     job: Option<usize>,
-    /// The priority that the task had when this one became a member: with that it stands in line.
+    /// The task's priority when this member joined. The member stands in line with it.
     priority: Priority,
 }
 
-/// What comes next in a wait for several semaphores, or before a job.
+/// The next step of a wait for several semaphores, or before a job.
 #[derive(Clone, Copy, PartialEq)]
 pub enum Stage {
-    /// To take a signal of this semaphore of the call's.
+    /// Take a signal of the call's semaphore with this index.
     Try(usize),
-    /// To see when the wait ends by itself.
+    /// Read the clock, to see when the wait ends by itself.
     LookAtClock,
-    /// To have a group.
+    /// Get a group.
     Gather,
-    /// To have a member for this semaphore, or job, of the call's.
+    /// Get a member for the call's semaphore, or job, with this index.
     Join(usize),
-    /// A job has one elsewhere: to let go of the others.
+    /// A job is a member of another group: release the others.
     LetGo,
-    /// To take a signal for this member, or to put it in line.
+    /// Take a signal for this member, or put it in line.
     Enter(usize),
-    /// To put this job, which has taken a signal, behind those that were given one.
+    /// Put this job, which has taken a signal, behind the members that were given one.
     Follow(usize),
-    /// To look for a member that was given a signal.
+    /// Look for a member that was given a signal.
     Receive,
-    /// Member `came` ends the wait, or time: to take `next` from its line, and then the others before `end`.
+    /// Member `came`, or time if it is `None`, ends the wait: take `next` from its line, and then the others
+    /// before `end`.
     Leave { came: Option<usize>, next: usize, end: usize },
-    /// To give the signal of `next` back, which was given one too, and to go on so.
+    /// Give back the signal of `next`, which was given one too, and continue with the next one.
     GiveBack { came: Option<usize>, next: usize, end: usize },
 }
 
@@ -63,7 +64,7 @@ impl Reference {
         self.tasks[id].activity = Activity::Several(call, stage);
     }
 
-    /// What comes next for `id` in `call`.
+    /// Makes the next step of `id` in `call`.
     pub(super) fn go_on_with_several(&mut self, id: TaskId, call: Call, stage: Stage) {
         let next = match stage {
             Stage::Try(index) => self.try_one(call, index),
@@ -104,7 +105,7 @@ impl Reference {
         };
     }
 
-    /// A member of the group of `id` is given a signal.
+    /// Gives a signal to a member of the group of `id`.
     pub(super) fn arrive(&mut self, id: TaskId, member: usize) {
         self.lines.retain(|&(_, waiter)| waiter != Waiter::Member(id, member));
         self.group(id).woken.push_back(member);
@@ -113,7 +114,7 @@ impl Reference {
         }
     }
 
-    /// The time of the wait of `id` is up.
+    /// Ends the wait of `id`, whose time is up.
     pub(super) fn end_several(&mut self, id: TaskId) {
         self.group(id).is_over = true;
         let stage = Stage::Leave { came: None, next: 0, end: self.group(id).members.len() };
@@ -124,7 +125,7 @@ impl Reference {
         }
     }
 
-    /// Whether the time of the wait of `id` was up.
+    /// Whether the time of the wait of `id` is up.
     pub(super) fn is_over(&self, id: TaskId) -> bool {
         self.tasks[id].group.as_ref().is_some_and(|group| group.is_over)
     }
@@ -193,7 +194,7 @@ impl Reference {
         })
     }
 
-    /// What comes once `member` stands in its line.
+    /// The step after `member` has entered its line.
     fn after(call: Call, member: usize) -> Stage {
         match call {
             Call::RunJobs { jobs } if member + 1 < jobs.len() => Stage::Enter(member + 1),
@@ -217,7 +218,7 @@ impl Reference {
         }
         let before = self.lines.len();
         self.lines.retain(|&(_, waiter)| waiter != Waiter::Member(id, next));
-        // One whose wait was over has passed its signal on.
+        // A member whose wait was over has passed its signal on.
         Continue(if came.is_none_or(|came| came == next) || self.lines.len() < before {
             Stage::Leave { came, next: next + 1, end }
         } else {

@@ -1,5 +1,5 @@
-//! `coverage [--accept]`: tells which instructions of the kernel no test in simavr executes and which
-//! branches go one way only, and fails if one of them is not on the list with its reason, or the list has
+//! `coverage [--accept]`: prints the instructions of the kernel that no test in simavr executes and the
+//! branches that go one way only. It fails if one of them is not on the list with its reason, or the list has
 //! others. `--accept` writes the list.
 
 use std::path::Path;
@@ -28,7 +28,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Whether the list is right.
+/// Checks or writes the list. Returns whether it is right.
 fn run(accepts: bool) -> Result<bool, String> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/expected/coverage.txt");
     let in_file = |error: &dyn std::fmt::Display| format!("{}: {error}", path.display());

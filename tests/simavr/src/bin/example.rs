@@ -1,5 +1,5 @@
-//! `example [--check] [NAME]`: runs an example in simavr and shows what it prints; without a name, lists the
-//! examples. `--check` only tells whether there is such an example.
+//! `example [--check] [NAME]`: runs an example in simavr and prints its output; without a name, lists the
+//! examples. `--check` only checks that the example exists.
 
 use std::process::ExitCode;
 

@@ -1,6 +1,6 @@
-//! `model [--check] [MCU...] [SEQUENCES] [SEED]`: plays so many scripts of kernel calls, drawn by lot, on
-//! each MCU, and holds them against the reference. Without an MCU on the robot's; 100,000 sequences unless a
-//! number is given, from seed 0. `--check` only tells whether it takes these.
+//! `model [--check] [MCU...] [SEQUENCES] [SEED]`: plays so many random scripts of kernel calls on each MCU,
+//! and compares them with the reference. The defaults are the robot's MCU, 100,000 sequences, and seed 0.
+//! `--check` only checks the arguments.
 
 use std::process::ExitCode;
 use std::time::Instant;

@@ -1,6 +1,6 @@
-//! `sweep [--check] [--quick] [MCU] [IMAGE...]`: sweeps the kernel with interrupts and tells what that finds;
-//! `--quick` tries a seventh of it. All images, unless some are named. `--check` only tells whether it takes
-//! these.
+//! `sweep [--check] [--quick] [MCU] [IMAGE...]`: sweeps the kernel with interrupts and prints the findings;
+//! `--quick` tries a seventh of the boundaries. It sweeps all images, unless some are named. `--check` only
+//! checks the arguments.
 
 use std::process::ExitCode;
 use std::time::Instant;

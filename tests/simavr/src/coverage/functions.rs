@@ -1,6 +1,6 @@
-//! Which functions are the kernel's, by their names.
+//! Recognises the kernel's functions by their names.
 
-/// The kernel's crate, and what its assembly begins with.
+/// The kernel's crate, and the prefix of its assembly functions.
 const KERNEL: &str = "kernel";
 const ASSEMBLY: &str = "kernel_";
 
@@ -12,8 +12,9 @@ pub fn is_assembly(name: &str) -> bool {
     name.starts_with(ASSEMBLY)
 }
 
-/// The name of a function of the kernel without what differs between programs: types of others, and sizes,
-/// are `_`. `None` for a function that is not the kernel's, or holds one of others.
+/// The name of a function of the kernel without the parts that differ between programs: types of other
+/// crates, and sizes, become `_`. `None` for a function that is not the kernel's, or has a function of
+/// another crate inlined.
 pub fn name_in_kernel(demangled: &str) -> Option<String> {
     if is_assembly(demangled) {
         return Some(demangled.to_owned());
@@ -25,7 +26,7 @@ pub fn name_in_kernel(demangled: &str) -> Option<String> {
     words(demangled).map(in_all_programs).collect()
 }
 
-/// The parts of a name: paths and other words, and what stands between them.
+/// The parts of a name: paths and other words, and the characters between them.
 fn words(name: &str) -> impl Iterator<Item = &str> {
     let is_of_word = |char: char| char.is_alphanumeric() || "_:{}#".contains(char);
     name.as_bytes()
@@ -33,7 +34,7 @@ fn words(name: &str) -> impl Iterator<Item = &str> {
         .map(|word| str::from_utf8(word).unwrap_or_default())
 }
 
-/// Whether it begins a path, and does not go on with one.
+/// Whether the word begins a path, and does not continue one.
 fn is_path(word: &str) -> bool {
     word.contains("::") && !word.starts_with("::")
 }
@@ -42,7 +43,7 @@ fn root(path: &str) -> &str {
     path.split("::").next().unwrap_or_default()
 }
 
-/// `None` for a function or a closure of others.
+/// `None` for a function or a closure of another crate.
 fn in_all_programs(word: &str) -> Option<&str> {
     if word.starts_with(|char: char| char.is_ascii_digit()) {
         return Some("_"); // a size

@@ -1,15 +1,15 @@
-//! What of a function no test executes.
+//! The parts of a function that no test executes.
 
 use std::fmt;
 use std::ops::Range;
 use std::str::FromStr;
 
-/// Instructions in a row that are never executed, or one that goes one way only with those behind it that are
-/// never executed for that.
+/// Consecutive instructions that are never executed, or an instruction that goes one way only, with those
+/// after it that are therefore never executed.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Gap {
     pub function: String,
-    /// Offset of the first instruction from the function's begin, in bytes, and the end of the last one.
+    /// The offset of the first instruction from the function's start, in bytes, and the end of the last one.
     pub from: u32,
     pub to: u32,
     pub what: What,
@@ -54,12 +54,12 @@ impl Gap {
         Gap { function: function.to_owned(), from: start, to: end, what }
     }
 
-    /// Whether the program never comes to what follows, as far as this gap tells.
+    /// Whether, according to this gap, the program never reaches the next instruction from here.
     pub fn leads_nowhere(&self) -> bool {
         matches!(self.what, What::NeverExecuted | What::AlwaysBranches | What::AlwaysSkips)
     }
 
-    /// As [`fmt::Display`] writes it.
+    /// Reads the format of [`fmt::Display`].
     pub fn parse(text: &str) -> Option<Self> {
         let mut words = text.rsplitn(4, ' ');
         let (second, first) = (words.next()?, words.next()?);

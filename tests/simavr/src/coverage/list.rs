@@ -1,6 +1,6 @@
-//! The list of gaps that are known, by their reasons.
+//! The list of known gaps, by their reasons.
 //!
-//! A line at the margin is a reason; below it stand the gaps that have it:
+//! A line without indentation is a reason; the gaps with that reason follow:
 //!
 //! ```text
 //! The counter has no more than this many bits.
@@ -13,26 +13,26 @@ use std::fmt;
 use super::gap::Gap;
 use super::variants::Found;
 
-/// The line over the gaps that wait for a reason.
+/// The line above the gaps that wait for a reason.
 const NO_REASON: &str = "No reason yet.";
 
-/// How the reason of gaps begins that chance fills in some runs.
+/// The prefix of the reason for gaps that chance fills in some runs.
 const BY_CHANCE: &str = "By chance:";
 
-/// The gaps that are known, and why.
+/// The known gaps, and the reason for each.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct List {
     reasons: BTreeMap<Gap, String>,
 }
 
-/// What is wrong between the list and what was found.
+/// A difference between the list and the gaps found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Complaint {
     /// A gap that is not listed.
     New(Found),
-    /// It is listed, and there is no such gap.
+    /// A gap that is listed, and does not exist.
     Gone(Gap),
-    /// It is listed without a reason.
+    /// A gap that is listed without a reason.
     Unreasoned(Found),
 }
 
@@ -40,7 +40,7 @@ impl List {
     /// Reads a list.
     ///
     /// # Errors
-    /// The line that is none, by its number.
+    /// The number of the line that is malformed.
     pub fn parse(text: &str) -> Result<Self, String> {
         let (mut reasons, mut reason) = (BTreeMap::new(), "");
         for (number, line) in (1..).zip(text.lines()) {
@@ -63,8 +63,8 @@ impl List {
         Ok(List { reasons })
     }
 
-    /// Where the list is wrong about what was found; nothing where every gap is listed with its reason, and
-    /// no other but those of chance.
+    /// The differences between the list and the gaps found. There are none if every gap is listed with its
+    /// reason, and no others except those of chance.
     pub fn check(&self, found: &[Found]) -> Vec<Complaint> {
         let of_found = found.iter().filter_map(|found| match self.reasons.get(&found.gap) {
             None => Some(Complaint::New(found.clone())),
@@ -77,8 +77,8 @@ impl List {
         of_found.chain(gone.map(|(gap, _)| Complaint::Gone(gap.clone()))).collect()
     }
 
-    /// The list of what was found. Reasons stay with the gaps that stay, as do gaps of chance; also returns
-    /// the reasons of those that do not.
+    /// The list of the gaps found. Gaps that stay keep their reasons, and gaps of chance stay. Also returns
+    /// the dropped gaps with their reasons.
     pub fn accept(mut self, found: &[Found]) -> (Self, Vec<(Gap, String)>) {
         let mut reason = |found: &Found| self.reasons.remove(&found.gap).unwrap_or_default();
         let found: Vec<_> = found.iter().map(|found| (found.gap.clone(), reason(found))).collect();
@@ -91,7 +91,7 @@ impl List {
     }
 }
 
-/// As [`List::parse`] reads it.
+/// Writes the format that [`List::parse`] reads.
 impl fmt::Display for List {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         let mut by_reason: BTreeMap<_, Vec<_>> = BTreeMap::new();

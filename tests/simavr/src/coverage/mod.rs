@@ -2,20 +2,20 @@
 //! way only.
 //!
 //! While [`FOLDER`] is set, every test image records there what its MCUs execute. [`functions()`] reads the
-//! records and puts them together: each image is linked on its own, so the kernel is in each once more. A
-//! function in several images is the same *variant* of it if it has the same instructions but for values and
+//! records and merges them, because each image is linked on its own and has its own copy of the kernel. A
+//! function in several images is the same *variant* if its instructions are the same except for values and
 //! addresses that the linker may have put there (see [`simavr_harness::Form`]). An instruction counts as
 //! executed if any image executes it in the same variant; a branch goes both ways if it does so in all images
-//! together. The compiler may have made other branches of the same source, so each variant must be covered by
-//! itself: those in the image `model`, which makes all calls in orders drawn by lot; of a function that it
-//! lacks, and of assembly, those in every image.
+//! together. The compiler may have made other branches from the same source, so each variant must be covered
+//! by itself: for a function that the image `model` has, which makes all calls in random order, the variants
+//! in `model`; for other functions, and for assembly, the variants in every image.
 //!
 //! The kernel's functions are those of the crate `kernel` and the assembly `kernel_*`, by the symbols of the
-//! image. Not among them:
-//! - what the compiler inlined into a test's own functions, for images have no debugging information that
-//!   would tell it apart;
-//! - functions of the kernel that are generic in a test's function, as the one in which a task begins: they
-//!   hold that function, inlined;
+//! image. These do not count:
+//! - code that the compiler inlined into a test's own functions, because images have no debugging information
+//!   that would tell it apart;
+//! - functions of the kernel that are generic over a test's function, such as a task's entry function: that
+//!   function is inlined into them;
 //! - interrupt vectors, which the macros of `kernel` and of `board` declare by the same names.
 
 use std::path::{Path, PathBuf};
@@ -38,11 +38,11 @@ pub use variants::{Found, Functions};
 /// The environment variable with the folder of the records.
 pub const FOLDER: &str = "SUPERBOT_COVERAGE";
 
-/// Images that test the robot's devices, and figures: their kernel is the same, and not what they test. And
-/// the one on which interrupts are drawn by lot: what it executes would depend on the draw.
+/// Images that test the robot's devices or measure figures: they have the same kernel, but do not test it.
+/// And the image with random interrupts: the instructions that it executes depend on chance.
 const OTHERS: [&str; 5] = ["board_", "bench_", "flood_", "devices", "storm"];
 
-/// But for this one.
+/// The exception, which counts.
 const MONITOR: &str = "board_monitor";
 
 /// Records what the image executes, if coverage is recorded.
@@ -57,7 +57,7 @@ pub fn record(image: &mut Image) {
     }
 }
 
-/// What the records in the folder tell of the kernel's functions.
+/// The kernel's functions, with the records in the folder.
 ///
 /// # Errors
 /// There is no folder or no record, or an image cannot be read.
@@ -81,7 +81,8 @@ fn folder() -> Option<PathBuf> {
     std::env::var_os(FOLDER).map(PathBuf::from)
 }
 
-/// Where an image records: by what it is, so that no record of another build is taken for its own.
+/// The file in which an image records. The image's contents give its name, so that no record of another build
+/// is taken for its own.
 fn file(folder: &Path, image: &Image) -> PathBuf {
     folder.join(format!("{:016x}", fnv_1a(image.flash().iter().copied())))
 }

@@ -1,4 +1,4 @@
-//! The kernel's functions, put together from all images.
+//! The kernel's functions, merged from all images.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
@@ -9,28 +9,28 @@ use simavr_harness::{Code, Form, Image, Kind, Place, Ways};
 use super::functions::{is_assembly, name_in_kernel};
 use super::gap::{Gap, What};
 
-/// The kernel's functions with what was executed of each of their variants.
+/// The kernel's functions, with the executed instructions of each of their variants.
 #[derive(Default)]
 pub struct Functions {
     variants: BTreeMap<(String, Vec<Form>), Variant>,
 }
 
-/// The image that makes every call of the kernel, in orders drawn by lot.
+/// The image that makes every call of the kernel, in random order.
 const GOES_ALL_WAYS: &str = "model.elf";
 
 /// One variant of a function.
 struct Variant {
-    /// As it is in the first image that has it.
+    /// The first image that has the variant; `code` and `end` are from there.
     image: String,
-    /// Whether an image is among its own that is to go all ways.
+    /// Whether an image that has it should take all paths.
     is_to_go_all_ways: bool,
     code: Vec<Code>,
     end: u32,
-    /// In all images together.
+    /// The ways taken in all images together.
     ways: Vec<Ways>,
 }
 
-/// A gap, and where one can look at it.
+/// A gap, and where to look at it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Found {
     pub gap: Gap,
@@ -46,15 +46,14 @@ impl fmt::Display for Found {
 }
 
 impl Functions {
-    /// Adds the functions of an image, and what its record says of them. One without a record has executed
-    /// nothing.
+    /// Adds the functions of an image, with its record. An image without a record has executed nothing.
     pub fn add(&mut self, name: &str, image: &Image) {
         let mut starts = BTreeSet::new();
         for (mangled, symbol) in image.symbols().filter(|(_, symbol)| symbol.is_function && symbol.size > 0) {
             let Place::Flash(start) = symbol.place else { continue };
             let Some(function) = name_in_kernel(&format!("{:#}", demangle(mangled))) else { continue };
             if !starts.insert(start) {
-                continue; // another name of the same
+                continue; // another name of the same function
             }
             let end = start + u32::from(symbol.size);
             let code = image.code(start..end);
@@ -75,7 +74,7 @@ impl Functions {
         }
     }
 
-    /// What no test executes, sorted; a gap that several variants have alike stands there once.
+    /// The gaps that no test fills, sorted. A gap that several variants have is listed once.
     pub fn gaps(&self) -> Vec<Found> {
         let mut gaps: Vec<_> =
             self.counted().flat_map(|(function, variant)| variant.gaps(function)).collect();
@@ -84,9 +83,9 @@ impl Functions {
         gaps
     }
 
-    /// The variants that are to be covered. An image that tests one behaviour is not to go all ways: where
-    /// the image that is has a function, its variants of that count. Assembly differs by what is configured
-    /// and not by what is inlined, so all variants of it count.
+    /// The variants that have to be covered. An image that tests one behaviour need not take all paths: if
+    /// [`GOES_ALL_WAYS`] has a function, only its variants count. Assembly differs with the configuration and
+    /// not by inlining, so all its variants count.
     fn counted(&self) -> impl Iterator<Item = (&str, &Variant)> {
         let all = || self.variants.iter().map(|((function, _), variant)| (&**function, variant));
         let to_go_all_ways: BTreeSet<_> =
@@ -96,7 +95,7 @@ impl Functions {
         })
     }
 
-    /// How much there is, and how much of it is covered.
+    /// The numbers of functions and instructions, and how many are covered.
     pub fn summary(&self) -> String {
         let functions: BTreeSet<_> = self.counted().map(|(function, _)| function).collect();
         let all = || self.counted().flat_map(|(_, variant)| variant.code.iter().zip(&variant.ways));
@@ -123,7 +122,7 @@ impl Variant {
             let Some(what) = what(code.kind, *ways) else { continue };
             let range = code.address - begin..end - begin;
             match gaps.last_mut() {
-                // What only a way leads to that is never gone belongs to that.
+                // Instructions that are reached only by a way that is never taken belong to that gap.
                 Some(Found { gap, .. })
                     if what == What::NeverExecuted && gap.leads_nowhere() && gap.to == range.start =>
                 {
@@ -140,7 +139,7 @@ impl Variant {
     }
 }
 
-/// What an instruction did not do.
+/// The gap of an instruction, if it has one.
 fn what(kind: Kind, ways: Ways) -> Option<What> {
     match (kind, ways) {
         _ if !ways.is_executed() => Some(What::NeverExecuted),

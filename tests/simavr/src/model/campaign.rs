@@ -1,4 +1,4 @@
-//! Many scripts drawn by lot.
+//! Many random scripts.
 
 use std::fmt;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -13,30 +13,30 @@ use model::referee::Disagreement;
 use model::setup::Setup;
 use model::shorten::shorten;
 
-/// Steps of a script, before what is left over.
+/// Steps of a script, before those that empty the objects.
 const STEPS: usize = 12;
 
-/// Scripts of a seed with many interrupts each.
+/// The scripts with many interrupts that each seed plays.
 const SCRIPTS: usize = 16;
 
 /// How much is played.
 #[derive(Clone, Copy, Debug)]
 pub struct Campaign {
     pub first_seed: u64,
-    /// The last script may bring more.
+    /// At least so many are played; the last seeds may add more.
     pub sequences: u64,
 }
 
-/// What came of a campaign.
+/// The results of a campaign.
 #[derive(Debug, Default)]
 pub struct Total {
-    /// So many seeds were played.
+    /// How many seeds were played.
     pub seeds: u64,
     pub counts: Counts,
     pub failures: Vec<Failure>,
 }
 
-/// A script whose outcome is not the reference's.
+/// A script for which the kernel differs from the reference.
 pub struct Failure {
     pub mcu: &'static str,
     pub seed: u64,
@@ -56,15 +56,15 @@ impl fmt::Debug for Failure {
     }
 }
 
-/// Seeds that are played before it is looked whether that is enough: so what is played does not depend on how
-/// many cores there are, or on which is fast.
+/// Seeds that are played before the campaign checks whether they are enough, so that the seeds played do not
+/// depend on the number and the speed of cores.
 const BATCH: u64 = 16;
 
 impl Campaign {
-    /// Plays all sequences, on all cores; ends where one fails.
+    /// Plays all sequences, on all cores. Stops if one fails.
     pub fn run(self, subject: &Subject) -> Total {
         let mut total = Total::default();
-        // A single sequence is asked for to play one seed again.
+        // A single sequence is requested to play one seed again.
         let batch = if self.sequences == 1 { 1 } else { BATCH };
         while total.counts.sequences < self.sequences && total.failures.is_empty() {
             let first = self.first_seed.wrapping_add(total.seeds);
@@ -74,7 +74,7 @@ impl Campaign {
     }
 }
 
-/// Plays `count` seeds from `first` on, with 0 behind the greatest, on all cores.
+/// Plays `count` seeds from `first` on, with 0 after the greatest, on all cores.
 fn play(subject: &Subject, first: u64, count: u64) -> Total {
     let next = AtomicU64::new(0);
     let work = || {
@@ -123,8 +123,8 @@ impl fmt::Display for Total {
     }
 }
 
-/// Draws a setup by lot and plays scripts drawn by lot on a kernel altered by `alter`; then the last of them
-/// again, with but one interrupt, at boundaries inside of one of its calls.
+/// Draws a random setup and plays random scripts on a kernel altered by `alter`; then plays the last of them
+/// again, with only one interrupt, at boundaries inside of one of its calls.
 ///
 /// # Errors
 /// The shortest script that still disagrees.

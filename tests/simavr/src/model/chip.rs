@@ -12,26 +12,26 @@ use simavr_harness::{Image, Mcu, Place, State};
 
 use crate::target::Target;
 
-/// A handler asks for a command, or who starts the tasks. The marks of the tasks are lower.
+/// A handler, or the code that starts the tasks, asks for a command. The marks of the tasks are lower.
 const HANDLER: u8 = 0x3f;
 /// The program asks for the arrangement.
 const ARRANGE: u8 = 0x40;
-/// The call that was commanded begins.
+/// The commanded call begins.
 const CALLS: u8 = 0x41;
 
-/// More cycles than pass between two stops.
+/// More cycles than ever pass between two stops.
 const PATIENCE: u64 = 1_000_000;
 
-/// Between two instructions.
+/// A place between two instructions.
 #[derive(Clone, Copy, Debug)]
 pub struct Boundary {
-    /// So many cycles after the first.
+    /// Cycles after the first boundary.
     pub after: usize,
-    /// Whose stack is in use; `None`: the kernel's.
+    /// The task whose stack is in use; `None`: the kernel's stack.
     pub task: Option<TaskId>,
 }
 
-/// The image `model`, and where it has what the harness needs.
+/// The image `model`, and the places of the data that the harness needs.
 pub struct Subject {
     target: &'static Target,
     /// Calls that the image does not make.
@@ -43,17 +43,17 @@ pub struct Subject {
     tasks: usize,
 }
 
-/// What a mailbox takes, in bytes.
+/// The size of a mailbox, in bytes.
 const MAILBOX: u16 = (COMMAND_BYTES + REPLY_BYTES) as u16;
 
-/// Why the program stands.
+/// The reason why the program has stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stop {
     /// A task asks for a command.
     Task(TaskId),
-    /// A handler does, or who starts the tasks.
+    /// A handler, or the code that starts the tasks, asks for a command.
     Handler,
-    /// The call that was commanded begins.
+    /// The commanded call begins.
     Begins,
     /// No task runs.
     Asleep,
@@ -68,7 +68,7 @@ impl Subject {
         Subject::of(target, image, None)
     }
 
-    /// The images for `target`: one that makes all calls, or several where the flash is small.
+    /// The images for `target`: one that makes all calls, or several if the flash is small.
     ///
     /// # Panics
     /// When one is not there.
@@ -108,7 +108,7 @@ impl Subject {
         self.without
     }
 
-    /// The MCU on which it runs.
+    /// The MCU on which the image runs.
     pub fn target(&self) -> &'static Target {
         self.target
     }
@@ -124,7 +124,7 @@ impl Subject {
     /// An MCU that asks for its arrangement.
     ///
     /// # Panics
-    /// When the image does not come to that.
+    /// When the image does not get that far.
     pub fn mcu(&self) -> Mcu {
         let mut mcu = self.target.mcu(self.image.clone());
         self.target.enable_interrupts(&mut mcu);
@@ -140,7 +140,7 @@ pub struct Chip<'a> {
 }
 
 impl<'a> Chip<'a> {
-    /// Goes on from where `mcu` asks for its arrangement.
+    /// Continues from where `mcu` asks for its arrangement.
     pub fn new(subject: &'a Subject, mcu: &'a mut Mcu, arrangement: &Arrangement) -> Self {
         let mut chip = Chip { subject, mcu };
         chip.write(subject.arrangement, &arrangement.to_bytes());
@@ -150,7 +150,7 @@ impl<'a> Chip<'a> {
     /// Runs to the next stop, or to the first instruction boundary at or after `cycle`.
     ///
     /// # Errors
-    /// The program does not come to one.
+    /// The program does not reach a stop.
     pub fn run(&mut self, cycle: Option<u64>) -> Result<Stop, Complaint> {
         let marked = self.mcu.run_to_stop(cycle.unwrap_or(self.mcu.cycle() + PATIENCE));
         match (marked, self.mcu.state()) {
@@ -167,7 +167,7 @@ impl<'a> Chip<'a> {
         self.mcu.cycle()
     }
 
-    /// What task `id` was told by its last call, unless it has begun anew since.
+    /// The outcome of the last call of task `id`, unless the task has begun anew since.
     pub fn reply_of_task(&mut self, id: TaskId) -> Option<Outcome> {
         self.reply(id)
     }
@@ -176,7 +176,7 @@ impl<'a> Chip<'a> {
         self.command(id, command);
     }
 
-    /// The same of a handler.
+    /// The outcome of a handler's last call.
     pub fn reply_of_handler(&mut self) -> Option<Outcome> {
         self.reply(self.subject.tasks)
     }
@@ -190,7 +190,7 @@ impl<'a> Chip<'a> {
         self.write(mailbox, &command.to_bytes());
     }
 
-    /// Takes the reply out of its mailbox.
+    /// Takes the reply out of a mailbox.
     fn reply(&mut self, number: usize) -> Option<Outcome> {
         let at = self.mailbox(number) + COMMAND_BYTES as u16;
         let bytes: [u8; REPLY_BYTES] =
@@ -212,7 +212,7 @@ impl<'a> Chip<'a> {
         }
     }
 
-    /// Tries out what comes until a task asks for a command, or none runs. Returns the boundaries between its
+    /// Explores the run until a task asks for a command, or no task runs. Returns the boundaries between its
     /// instructions at which an interrupt is accepted at once, counted from here.
     pub fn boundaries(&mut self) -> Vec<Boundary> {
         let start = self.cycle();
@@ -238,7 +238,7 @@ impl<'a> Chip<'a> {
     }
 
     /// Raises the tick's interrupt and runs until it is accepted. Returns the task on whose stack that
-    /// happens; `None` on the kernel's.
+    /// happens; `None` for the kernel's stack.
     ///
     /// # Errors
     /// It is not accepted.
@@ -246,7 +246,7 @@ impl<'a> Chip<'a> {
         self.interrupt(self.subject.target.tick.vector)
     }
 
-    /// The same of the external interrupt.
+    /// The same for the external interrupt.
     ///
     /// # Errors
     /// It is not accepted.
@@ -266,8 +266,8 @@ impl<'a> Chip<'a> {
             }
             is_accepted = self.mcu.step().is_some_and(|accepted| accepted.vector == vector);
         }
-        // Behind RETI an instruction runs before the next interrupt: a task may ask in it, and is to ask
-        // again then.
+        // After RETI an instruction runs before the next interrupt. A task may ask for a command in it, and
+        // then has to ask again.
         let asks: Vec<_> = self.mcu.markers()[marks..].iter().map(|marker| marker.value).collect();
         asks.into_iter()
             .filter(|&mark| mark < HANDLER)

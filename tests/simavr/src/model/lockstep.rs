@@ -12,17 +12,17 @@ use simavr_harness::Mcu;
 
 use super::chip::{Boundary, Chip, Stop, Subject};
 
-/// Ticks that come before a task asks for its next command, or none runs. On a board they are 16,000 cycles
-/// apart, more than any call takes.
+/// The most ticks that come before a task asks for its next command, or no task runs. On a board ticks are
+/// 16,000 cycles apart, more than any call takes.
 const MOST_TICKS: usize = 3;
 
-/// What was played.
+/// Counts of what was played.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Counts {
     pub sequences: u64,
     pub calls: u64,
     pub interrupts: u64,
-    /// Of these, the ones that came between the beginning of a call and its end.
+    /// The interrupts that came between the beginning of a call and its end.
     pub inside: u64,
 }
 
@@ -44,7 +44,7 @@ pub struct Player<'a> {
     pub counts: Counts,
 }
 
-/// The boundaries at which an interrupt can come inside of the call that is step number `step`.
+/// The boundaries at which an interrupt can come inside of the call with step number `step`.
 pub struct Probe {
     pub step: usize,
     pub boundaries: Vec<Boundary>,
@@ -56,7 +56,7 @@ impl<'a> Player<'a> {
     }
 
     /// Plays `script` with the objects of `real`, and on a reference with those of `supposed`, which should
-    /// be the same. Takes the MCU back then. Gives the script back, and what was played.
+    /// be the same. Then takes the MCU back to where it was. Returns the script, and what was played.
     pub fn play<S: Script>(
         &mut self,
         real: &Setup,
@@ -80,14 +80,15 @@ struct Lockstep<'a, S> {
     chip: Chip<'a>,
     referee: Referee<S>,
     observations: Vec<Call>,
-    /// The interrupts that come inside of the call in progress, each so many cycles after the one before.
+    /// The interrupts that will come inside of the call in progress, each so many cycles after the one
+    /// before.
     to_come: VecDeque<(usize, Handler)>,
-    /// The cycle from which the first of these counts: that at which the call began, or the interrupt before
-    /// was over.
+    /// The cycle from which the first of these counts: when the call began, or when the interrupt before was
+    /// over.
     since: Option<u64>,
-    /// A tick has come, and what is due by it may have happened or not.
+    /// Whether a tick has come whose due events may have happened or not.
     is_in_tick: bool,
-    /// So many ticks come yet while no task runs.
+    /// How many more ticks come while no task runs.
     silence: u16,
     /// The task that the last interrupt preempted, if it has not asked for a command since.
     last: Option<TaskId>,
@@ -120,13 +121,13 @@ impl<'a, S: Script> Lockstep<'a, S> {
         }
     }
 
-    /// Plays it all.
+    /// Plays the whole script.
     fn play(mut self, boot: &[Call]) -> (S, Result<Played, Box<Disagreement>>) {
         let result = self.boot(boot).and_then(|()| self.run());
         self.referee.finish(result)
     }
 
-    /// What is called before the kernel runs.
+    /// Makes the calls before the kernel runs.
     fn boot(&mut self, calls: &[Call]) -> Result<(), Complaint> {
         self.handler_asks()?;
         for &call in calls {
@@ -162,7 +163,7 @@ impl<'a, S: Script> Lockstep<'a, S> {
         }
     }
 
-    /// What comes next.
+    /// The next step.
     fn next(&mut self, who: Option<TaskId>) -> Result<Option<Step>, Complaint> {
         self.steps += 1;
         self.referee.next(who)
@@ -192,7 +193,7 @@ impl<'a, S: Script> Lockstep<'a, S> {
         Ok(())
     }
 
-    /// No task runs. Returns whether it goes on.
+    /// No task runs. Returns whether the script continues.
     fn falls_asleep(&mut self) -> Result<bool, Complaint> {
         let silence = self.silence;
         self.arrive();
@@ -214,7 +215,7 @@ impl<'a, S: Script> Lockstep<'a, S> {
         Ok(true)
     }
 
-    /// The program has come to where it asks for a command, or none runs: no interrupt comes before the next.
+    /// The program asks for a command, or no task runs, so no more interrupts of the last step come.
     fn arrive(&mut self) {
         self.end_tick();
         self.to_come.clear();
@@ -223,14 +224,14 @@ impl<'a, S: Script> Lockstep<'a, S> {
         self.last = None;
     }
 
-    /// What was due by the last tick has happened.
+    /// The events due by the last tick have happened.
     fn end_tick(&mut self) {
         if std::mem::take(&mut self.is_in_tick) {
             self.referee.each(Reference::fire);
         }
     }
 
-    /// An interrupt comes at once, with all that comes inside of it.
+    /// Raises an interrupt at once, and schedules those inside of it.
     fn interrupt_and_more(&mut self, handler: Handler) -> Result<(), Complaint> {
         if let Handler::Tick(Some(interruption)) = &handler {
             self.will_come(Some((**interruption).clone()), MOST_TICKS - 1);
@@ -248,7 +249,7 @@ impl<'a, S: Script> Lockstep<'a, S> {
         Ok(())
     }
 
-    /// Interrupts come, and among them at most so many ticks.
+    /// Schedules interrupts, with at most so many ticks among them.
     fn will_come(&mut self, interruption: Option<Interruption>, most_ticks: usize) {
         self.to_come = chain(interruption);
         let mut ticks = 0;
@@ -258,7 +259,8 @@ impl<'a, S: Script> Lockstep<'a, S> {
         });
     }
 
-    /// An interrupt comes, and goes if it is no tick: others may come inside of that.
+    /// Raises an interrupt. Unless it is a tick, its handler also ends here; other interrupts may come inside
+    /// of a tick.
     fn interrupt(&mut self, handler: &Handler) -> Result<(), Complaint> {
         self.counts.interrupts += 1;
         let preempted = match handler {
@@ -293,7 +295,7 @@ impl<'a, S: Script> Lockstep<'a, S> {
         Ok(())
     }
 
-    /// Has the handler, which asks for a command, make this call, and runs until it asks again.
+    /// Makes the handler, which asks for a command, make this call, and runs until it asks again.
     fn call_of_handler(&mut self, call: Call) -> Result<Outcome, Complaint> {
         self.chip.command_handler(Command::Call(call));
         self.handler_asks()?;
@@ -311,7 +313,7 @@ impl<'a, S: Script> Lockstep<'a, S> {
     }
 }
 
-/// The interrupts of `interruption`, each behind that in which it comes, or after which.
+/// The interrupts of `interruption`, each after the one in which, or after which, it comes.
 fn chain(mut interruption: Option<Interruption>) -> VecDeque<(usize, Handler)> {
     let mut all = VecDeque::new();
     while let Some(Interruption { after, handler, then }) = interruption {
@@ -326,15 +328,15 @@ fn chain(mut interruption: Option<Interruption>) -> VecDeque<(usize, Handler)> {
     all
 }
 
-/// How things may stand where an interrupt preempts task `id`; if that `is_still_there` since the interrupt
-/// before, it may have blocked then and not switched yet.
+/// The possible states when an interrupt preempts task `id`. If the last interrupt preempted the same task
+/// (`is_still_there`), the task may have blocked before that one and not switched yet.
 fn ways_in_task(reference: &Reference, id: TaskId, is_still_there: bool) -> Vec<Reference> {
     let mut ways = reference.interrupted_in_call(id);
     ways.extend(is_still_there.then(|| reference.clone()));
     ways
 }
 
-/// The same where it preempts the kernel itself, after a tick or inside of one.
+/// The possible states when an interrupt preempts the kernel itself, after a tick or inside of one.
 fn ways_in_kernel(reference: &Reference, is_in_tick: bool) -> Vec<Reference> {
     if !is_in_tick {
         return reference.interrupted_in_kernel();

@@ -1,8 +1,8 @@
-//! An interrupt at instruction boundaries inside of one call of a script: at every sixteenth, beginning with
-//! any.
+//! An interrupt at instruction boundaries inside of one call of a script: at every sixteenth boundary,
+//! beginning with any of the first sixteen.
 //!
-//! The ways in which things may stand inside of the call have an order in time. Later interrupts must agree
-//! with ways that are not earlier.
+//! The possible states inside of the call have an order in time. Later interrupts must agree with states that
+//! are not earlier.
 
 use std::collections::BTreeMap;
 
@@ -16,22 +16,22 @@ use model::step::{Handler, Interruption, Step};
 use super::chip::Boundary;
 use super::lockstep::{Player, Probe};
 
-/// A script's call, and what the interrupt does.
+/// A script's call, and the interrupt's actions.
 pub struct Sweep<'a, 'p> {
     pub player: &'a mut Player<'p>,
     pub real: &'a Setup,
     pub supposed: &'a Setup,
-    /// The number of the step that is the call; if it is none, nothing is swept.
+    /// The number of the step that is the call. If that step is no call, nothing is swept.
     pub step: usize,
     pub handler: Handler,
     /// The first boundary, below [`STRIDE`].
     pub first: usize,
 }
 
-/// One of so many boundaries is tried.
+/// One in so many boundaries is tried.
 pub const STRIDE: usize = 16;
 
-/// The same without interrupts inside of it.
+/// The same, without interrupts inside.
 fn without_interruptions(step: &Step) -> Step {
     match step {
         Step::Call(call, _) => Step::Call(*call, None),
@@ -40,7 +40,7 @@ fn without_interruptions(step: &Step) -> Step {
     }
 }
 
-/// The same without interrupts inside of it.
+/// The same, without interrupts inside.
 fn plain(handler: &Handler) -> Handler {
     match handler {
         Handler::Tick(_) => Handler::Tick(None),
@@ -53,21 +53,20 @@ impl Sweep<'_, '_> {
     /// are possible.
     ///
     /// # Errors
-    /// What disagrees.
+    /// The script that disagrees.
     pub fn run(self, steps: &[Step]) -> Result<(), Box<Disagreement>> {
         let mut probe = Probe { step: self.step, boundaries: Vec::new() };
         let script = Replay::new(steps.iter().map(without_interruptions).collect());
         let played = self.player.play(self.real, self.supposed, script, Some(&mut probe)).1?;
         let steps: Vec<_> = played.steps().cloned().collect();
-        // To make a message and to send it are two calls of the kernel.
+        // Making a message and sending it are two calls of the kernel.
         let Some(&Step::Call(call, _)) = steps.get(self.step) else { return Ok(()) };
         if matches!(call, Call::Send { .. }) {
             return Ok(());
         }
-        // The ways are those of the last interrupt: so there is but one inside of the call.
+        // The recorded states are those of the last interrupt, so there may be only one inside of the call.
         let handler = plain(&self.handler);
-        // The first way that can be meant where an interrupt preempts the task, and the place of the last
-        // one.
+        // By preempted task: the earliest state that is still possible, and the place of the last interrupt.
         let mut reached: BTreeMap<Option<TaskId>, (u32, usize)> = BTreeMap::new();
         for Boundary { after, task } in probe.boundaries.into_iter().skip(self.first).step_by(STRIDE) {
             let mut steps = steps.clone();

@@ -1,4 +1,4 @@
-//! The sweep of everything, on all cores.
+//! The sweep of all paths, on all cores.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -10,24 +10,24 @@ use crate::target::Target;
 /// How much is swept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// All there is.
+    /// Everything.
     Whole,
     /// Single interrupts, at every boundary whose number is a multiple of this.
     Sample(usize),
 }
 
-/// What all sweeps together have found.
+/// The findings of all sweeps together.
 #[derive(Clone, Debug, Default)]
 pub struct Total {
     pub single: Findings,
     pub pairs: Findings,
 }
 
-/// What is swept at once is divided into so many shares: the same on any number of cores, so that what is
-/// told is too.
+/// The number of shares into which a path's sweep is divided. It is the same on any number of cores, so that
+/// the output is, too.
 const SHARES: usize = 8;
 
-/// Sweeps every path of `programs`, and tells of each as it is done.
+/// Sweeps every path of `programs`, and reports each as it is done.
 ///
 /// # Panics
 /// When the images are not there, or are wrong without an interrupt.

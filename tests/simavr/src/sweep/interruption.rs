@@ -8,13 +8,13 @@ use super::kernel::Kernel;
 use super::watch::{AUDITED, CLOSED, OPEN, Source, WRONG, Watch};
 use crate::target::Target;
 
-/// What is raised at a boundary: one interrupt after the other, without an instruction between.
+/// The interrupts that are raised at a boundary, one after the other, without an instruction between.
 #[derive(Clone, Copy)]
 struct Interruption {
     sources: &'static [Source],
-    /// Whether the path's timers are due at its first tick; else at its second.
+    /// Whether the path's timers are due at its first tick, and not at its second.
     is_due: bool,
-    /// What is raised once more until the first is dealt with.
+    /// The interrupt that is raised once more, until the first is dealt with.
     second: Option<Source>,
 }
 
@@ -31,15 +31,15 @@ const PAIRS: &[Interruption] = &[
     Interruption { sources: &[Source::Tick], is_due: true, second: Some(Source::External) },
 ];
 
-/// How many interruptions there are to a run.
+/// The interruptions of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// One, at each boundary.
     Single,
-    /// A second one too, at each boundary until the task that the first interrupted goes on.
+    /// Also a second one, at each boundary until the task that the first interrupted continues.
     Pair,
-    /// The same, but the first only between a task's block and its switch, and the second until that is made,
-    /// where it need not wait. So this costs far less.
+    /// As `Pair`, but the first only between a task's block and its switch, and the second only until that
+    /// switch, at boundaries where it need not wait. This costs far less.
     PairAtSwitch,
 }
 
@@ -53,10 +53,10 @@ pub struct Share {
 /// More instructions than any run from one path to the next takes.
 const PATIENCE: usize = 200_000;
 
-/// How many failures are told of a path.
+/// How many failures are reported for a path.
 const TOLD: usize = 3;
 
-/// What a sweep has found.
+/// The findings of a sweep.
 #[derive(Clone, Debug, Default)]
 pub struct Findings {
     /// Places at which a first interruption was tried.
@@ -65,11 +65,11 @@ pub struct Findings {
     pub runs: u64,
     /// Runs that were not good.
     pub failed: u64,
-    /// What was wrong with the first of them.
+    /// Descriptions of the first of them.
     pub failures: Vec<String>,
-    /// The longest that an interrupt waited that was raised alone, in cycles.
+    /// The longest wait of an interrupt that was raised alone, in cycles.
     pub longest_wait: u64,
-    /// The most bytes ever in use of each of the subject's stacks.
+    /// The most bytes in use of each of the subject's stacks.
     pub depths: Vec<u16>,
 }
 
@@ -100,7 +100,7 @@ pub struct Subject {
 
 impl Subject {
     /// # Panics
-    /// When the image is none of the sweep's.
+    /// When the image is not one of the sweep's.
     pub fn new(target: &'static Target, image: Arc<Image>) -> Self {
         Subject { kernel: Kernel::of(target, &image), image }
     }
@@ -110,7 +110,7 @@ impl Subject {
         self.kernel.stacks.iter().map(|stack| (stack.name.as_str(), stack.size()))
     }
 
-    /// Holds the stack of that place among [`stacks`](Self::stacks) for smaller than it is.
+    /// Treats the stack at this index of [`stacks`](Self::stacks) as smaller than it is.
     pub fn shrink_stack(&mut self, place: usize, size: u16) {
         let stack = &mut self.kernel.stacks[place];
         stack.lowest = stack.highest + 1 - size;
@@ -153,7 +153,7 @@ impl Subject {
     }
 }
 
-/// Without an interrupt everything is right.
+/// Makes a step without an interrupt, which must not fail.
 fn step_uninterrupted(mcu: &mut Mcu, watch: &mut Watch) {
     if let Err(wrong) = watch.step(mcu) {
         panic!("without an interrupt, at {}: {wrong}", place(mcu, mcu.pc()));
@@ -170,7 +170,7 @@ pub fn sweep_path(subject: &Subject, path: u8, order: Order, share: Share) -> Fi
         let (mut mcu, mut watch) = subject.reach(path);
         if is_due {
             if !mcu.interrupts_enabled() {
-                continue; // the start: its timers are due at its first tick, for there can be none before
+                continue; // the kernel's start: no tick can come before, so its timers are due at its first
             }
             watch.raise(&mut mcu, Source::Tick);
             while !watch.is_settled() {
@@ -243,8 +243,8 @@ impl Sweep<'_> {
         }
     }
 
-    /// Whether an interruption before which `accepted` were accepted is dealt with, as far as the sweep's
-    /// order goes.
+    /// Whether an interruption is dealt with, as the sweep's order requires. `accepted` interrupts were
+    /// accepted before it.
     fn is_dealt_with(&self, mcu: &Mcu, watch: &Watch, accepted: usize) -> bool {
         watch.accepted > accepted
             && match self.order {
@@ -253,7 +253,7 @@ impl Sweep<'_> {
             }
     }
 
-    /// Interrupts once more at each boundary until the first interruption is dealt with: `accepted` counts
+    /// Interrupts once more at each boundary until the first interruption is dealt with. `accepted` counts
     /// the interrupts before it.
     fn interruption_again(
         &mut self,
@@ -274,12 +274,12 @@ impl Sweep<'_> {
                 });
             }
             if watch.step(mcu).is_err() {
-                return; // as every run from here finds
+                return; // every run from here finds that, too
             }
         }
     }
 
-    /// Runs to the end and notes what came of it.
+    /// Runs to the end and notes the result.
     fn try_out(&mut self, mcu: &mut Mcu, watch: Watch, log: Vec<Interrupted>) {
         self.findings.runs += 1;
         let wrong = match finish(mcu, watch) {
@@ -316,7 +316,7 @@ fn finish<'k>(mcu: &mut Mcu, mut watch: Watch<'k>) -> Result<Watch<'k>, String> 
     Err("it does not end".to_owned())
 }
 
-/// An address in flash, by the function that it is in.
+/// An address in flash, with the function that it is in.
 fn place(mcu: &Mcu, pc: u32) -> String {
     match mcu.image().function_at(pc) {
         Some((name, offset)) => format!("{pc:#x} ({:#}+{offset:#x})", rustc_demangle::demangle(name)),

@@ -1,18 +1,18 @@
-//! The kernel's own data in RAM, and what must hold of it.
+//! The kernel's own data in RAM, and the conditions that must hold for it.
 //!
-//! Read by the layout of the kernel's `Kernel`, `ControlBlock` and `Timer`, all in bytes and without padding
-//! on the AVR.
+//! It is read by the layout of the kernel's `Kernel`, `ControlBlock` and `Timer`, which have no padding on
+//! the AVR.
 
 use simavr_harness::{Image, Mcu, Place};
 
 use crate::target::Target;
 
-/// How the mangled names of statics end.
+/// The ends of the mangled names of statics.
 const KERNEL: &str = "6kernel6KERNEL";
 const IDLE: &str = "6kernel4IDLE";
 const TICKS: &str = "6kernel5timer5TICKS";
 const NEXT_DEADLINE: &str = "6kernel5timer13NEXT_DEADLINE";
-/// What stands before the names of the stacks.
+/// The prefix of the names of the stacks.
 const STACKS: &str = "5sweep5stack";
 
 /// Offsets in `Kernel`.
@@ -21,7 +21,7 @@ const HEAD_LEVEL: u16 = 4;
 const LAST: u16 = 5;
 const FIRST_TIMER: u16 = 21;
 
-/// The level of the idle task: there are so many queues of ready tasks.
+/// The level of the idle task, and the number of queues of ready tasks.
 const LEVELS: u8 = 8;
 
 /// Offsets in `ControlBlock`, and its size.
@@ -31,15 +31,15 @@ const LINK: u16 = 3;
 const PRIORITY: u16 = 5;
 const CONTROL_BLOCK: u16 = 6;
 
-/// What the byte of the priority has besides that in its low bits: of a task that waits by proxy waiters, and
-/// of a proxy waiter, whose stack pointer is the address of its wait set.
+/// Flags in the byte of the priority, whose low bits are the priority: a task that waits by proxy waiters has
+/// the first. A proxy waiter, whose stack pointer is the address of its wait set, has the second.
 const PROXIED: u8 = 0x08;
 const PROXY: u8 = 0x20;
 
-/// Beside the level of a task that is suspended or was killed, and of a proxy waiter.
+/// A flag in the level of a task that is suspended or was killed, and of a proxy waiter.
 const HALTED: u8 = 0x80;
 
-/// The link of a task that has not started or has ended; and what all ends have set.
+/// The link of a task that has not started or has ended, and the bit that the ends of all lists have set.
 const NONE: u16 = 0;
 const END: u16 = 0x8000;
 
@@ -52,24 +52,24 @@ const MOST_WAITING: usize = 20;
 /// Offset in `Timer`.
 const DEADLINE: u16 = 2;
 
-/// What a task's context takes on its stack besides the program counter, in bytes.
+/// The sizes of a task's contexts on its stack besides the program counter, in bytes.
 const VOLUNTARY: u16 = 2;
 const PREEMPTED: u16 = 33;
 
 /// The stack pointer of a task that is being started.
 const STARTS: u16 = 1;
 
-/// What a saved stack pointer has set besides when it is a preempted task's.
+/// The bit that the saved stack pointer of a preempted task has set.
 const PREEMPTED_MARK: u16 = 0x8000;
 
 /// More timers than any image has.
 const MOST_TIMERS: usize = 100;
 
-/// A stack: SP points into it, or at the byte below where it is full.
+/// A stack. SP points into it, or at the byte below when it is full.
 #[derive(Clone, Debug)]
 pub struct Stack {
     pub name: String,
-    /// The task's control block. The kernel's stack stands by the idle task's.
+    /// The task's control block; for the kernel's stack, that of the idle task.
     pub control: u16,
     /// The lowest byte, and the highest.
     pub lowest: u16,
@@ -86,14 +86,14 @@ impl Stack {
     }
 }
 
-/// Where an image keeps the kernel's data and its stacks.
+/// The places of the kernel's data and the stacks in an image.
 pub struct Kernel {
     pub target: &'static Target,
     kernel: u16,
     pub idle: u16,
     ticks: u16,
     next_deadline: u16,
-    /// The kernel's own, and then each task's.
+    /// The kernel's stack, and then each task's.
     pub stacks: Vec<Stack>,
 }
 
@@ -140,7 +140,7 @@ impl Kernel {
         }
     }
 
-    /// What a preempted context takes, in bytes.
+    /// The size of a preempted context, in bytes.
     pub fn preempted_context(&self) -> u16 {
         PREEMPTED + self.target.part.return_address
     }
@@ -162,7 +162,7 @@ impl Kernel {
         word(mcu, self.kernel + RUNNING)
     }
 
-    /// Ticks up to the next that does more than to count: 0 stands for 65,536.
+    /// Ticks until the next one that does more than count; 0 stands for 65,536.
     pub fn ticks_left(&self, mcu: &Mcu) -> u16 {
         word(mcu, self.next_deadline).wrapping_sub(word(mcu, self.ticks))
     }
@@ -172,13 +172,14 @@ impl Kernel {
         self.stacks.iter().find(|stack| stack.control == control)
     }
 
-    /// The stack pointer of a task that was preempted: what is saved is the lowest byte of its context.
+    /// The stack pointer of a preempted task. The saved value is the address of the lowest byte of its
+    /// context.
     pub fn preempted_at(&self, mcu: &Mcu, control: u16) -> Option<u16> {
         let saved = word(mcu, control + STACK_POINTER);
         (saved & PREEMPTED_MARK != 0).then_some((saved & !PREEMPTED_MARK).wrapping_sub(1))
     }
 
-    /// Whether there is a task on the stack by this control block.
+    /// Whether there is a task on the stack of this control block.
     pub fn is_started(&self, mcu: &Mcu, control: u16) -> bool {
         word(mcu, control + STACK_POINTER) > STARTS
     }
@@ -187,11 +188,11 @@ impl Kernel {
         self.stack_of(control).map_or("no task", |stack| &stack.name)
     }
 
-    /// What must hold wherever a task runs with interrupts enabled, outside the kernel or on its return from
-    /// there.
+    /// Checks the conditions that hold wherever a task runs with interrupts enabled, outside the kernel or on
+    /// its return from there.
     ///
     /// # Errors
-    /// What does not hold.
+    /// The condition that does not hold.
     pub fn check(&self, mcu: &Mcu) -> Result<(), String> {
         let (head, running) = (self.head(mcu), self.running(mcu));
         if head != running {
@@ -200,10 +201,10 @@ impl Kernel {
         self.check_lists(mcu)
     }
 
-    /// What must hold wherever interrupts are enabled.
+    /// Checks the conditions that hold wherever interrupts are enabled.
     ///
     /// # Errors
-    /// What does not hold.
+    /// The condition that does not hold.
     pub fn check_lists(&self, mcu: &Mcu) -> Result<(), String> {
         let mut ready = vec![self.idle];
         for level in 0..LEVELS {
@@ -215,7 +216,7 @@ impl Kernel {
         self.check_timers(mcu)
     }
 
-    /// The head is the first of the highest queue; or the running task, which is about to find the head.
+    /// The head is the first task of the highest queue, or the running task, which is about to find the head.
     fn check_head(&self, mcu: &Mcu) -> Result<(), String> {
         let head = self.head(mcu);
         let level = byte(mcu, self.kernel + HEAD_LEVEL);
@@ -231,7 +232,7 @@ impl Kernel {
         Ok(())
     }
 
-    /// The ring of the tasks that are ready at a level, none of which is in `seen`.
+    /// Checks the ring of the ready tasks of a level, none of which may be in `seen`.
     fn check_ring(&self, mcu: &Mcu, level: u8, seen: &mut Vec<u16>) -> Result<(), String> {
         let last = word(mcu, self.kernel + LAST + 2 * u16::from(level));
         if last == NONE {
@@ -256,7 +257,7 @@ impl Kernel {
         }
     }
 
-    /// The links of all that are not in `ready` lead, by others that wait, to the end of a list.
+    /// The links of all tasks that are not in `ready` lead, through other waiters, to the end of a list.
     fn check_waiting(&self, mcu: &Mcu, ready: &[u16]) -> Result<(), String> {
         for stack in self.stacks[1..].iter().filter(|stack| !ready.contains(&stack.control)) {
             let name = &stack.name;
@@ -281,7 +282,7 @@ impl Kernel {
         Ok(())
     }
 
-    /// Whether that is a control block of a task or of a proxy waiter.
+    /// Whether this is the control block of a task or of a proxy waiter.
     fn may_wait(&self, mcu: &Mcu, control: u16) -> bool {
         if self.stack_of(control).is_some() {
             return control != self.idle && self.is_started(mcu, control);
@@ -293,7 +294,7 @@ impl Kernel {
             && byte(mcu, task + PRIORITY) & PROXIED != 0
     }
 
-    /// Each task that does not run has a whole context on its own stack.
+    /// Each task that is not running has a whole context on its own stack.
     fn check_contexts(&self, mcu: &Mcu) -> Result<(), String> {
         let running = self.running(mcu);
         let is_saved = |stack: &&Stack| stack.control != running && self.is_started(mcu, stack.control);
@@ -309,8 +310,8 @@ impl Kernel {
         Ok(())
     }
 
-    /// The list of armed timers: all ahead, in the order of their deadlines, and the tick compares with the
-    /// first.
+    /// The armed timers are all due in the future, in the order of their deadlines, and the tick compares
+    /// with the first.
     fn check_timers(&self, mcu: &Mcu) -> Result<(), String> {
         let now = word(mcu, self.ticks);
         let next = word(mcu, self.next_deadline);

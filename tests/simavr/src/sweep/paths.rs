@@ -1,13 +1,13 @@
-//! What is swept.
+//! The programs and paths that are swept.
 
 /// An image and its paths.
 #[derive(Debug)]
 pub struct Program {
     pub image: &'static str,
-    /// By their numbers.
+    /// The names of the paths, by their numbers.
     pub paths: &'static [&'static str],
-    /// The numbers of those in which also every pair of interrupts is tried. A pair costs a thousand times
-    /// what an interrupt does, so these are the short ones, and together they go every way through the
+    /// The numbers of the paths in which every pair of interrupts is tried, too. Pairs cost a thousand times
+    /// as much as single interrupts, so these are short paths. Together they take every way through the
     /// kernel's assembly.
     pub in_pairs: &'static [u8],
 }

@@ -4,18 +4,18 @@ use simavr_harness::{Mcu, State};
 
 use super::kernel::Kernel;
 
-/// What raises an interrupt.
+/// The source of an interrupt.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Source {
     External,
     Tick,
 }
 
-/// Marks of the images; see their module `sweep`.
+/// The images' marks; see their module `sweep`.
 pub const OPEN: u8 = 0x40;
 pub const CLOSED: u8 = 0x60;
 pub const AUDITED: u8 = 0x61;
-/// From here on something is wrong.
+/// This mark and higher ones mean that something is wrong.
 pub const WRONG: u8 = 0xd0;
 const ASK_EXTERNAL: u8 = 0x62;
 const ASK_TICK: u8 = 0x63;
@@ -24,41 +24,42 @@ const ASK_TICK: u8 = 0x63;
 const OUT_SPH: u16 = 0xbe0e;
 const OUT_SPL: u16 = 0xbe0d;
 const OUT_REGISTER: u16 = 0xfe0f;
-/// By which a tick returns that only counts, and behind which no interrupt comes at once.
+/// A tick that only counts returns by this instruction. No interrupt comes directly after it.
 const RETI: u16 = 0x9518;
 
-/// A task's context as an interrupt found it.
+/// The context of a task as an interrupt found it.
 #[derive(Clone)]
 struct Interrupted {
     task: u16,
-    /// Whether it was the kernel itself, where it has interrupts enabled.
+    /// Whether the interrupt preempted the kernel itself, where it has interrupts enabled.
     is_kernel: bool,
     pc: u32,
     stack_pointer: u16,
     registers: [u8; 32],
     status: u8,
-    /// The head need not run when this goes on: it did not before, and the interrupt only counted.
+    /// Whether another task than the head may run when this context continues: a switch was due before, and
+    /// the interrupt only counted.
     is_switch_due: bool,
 }
 
-/// What has been seen of a run.
+/// The observations of a run.
 #[derive(Clone)]
 pub struct Watch<'k> {
     kernel: &'k Kernel,
-    /// Both halves of SP belong together.
+    /// Whether both halves of SP belong together.
     stack_pointer_is_whole: bool,
     /// Contexts to which no interrupt has returned yet.
     interrupted: Vec<Interrupted>,
     /// The task that ran when interrupts were last enabled.
     running: u16,
-    /// The interrupts that wait, by their vectors, and since when.
+    /// The vectors of the interrupts that wait, and since when they do.
     raised: Vec<(u8, u64)>,
-    /// The longest that one has waited, in cycles, its acceptance included.
+    /// The longest wait of an interrupt, in cycles, including its acceptance.
     pub longest_wait: u64,
     /// How many interrupts were accepted.
     pub accepted: usize,
-    /// Whether an interrupt could be accepted before the next instruction, were they enabled: not behind one
-    /// that enabled them.
+    /// Whether an interrupt could be accepted before the next instruction if interrupts were enabled. After
+    /// an instruction that enables them it could not.
     pub is_boundary: bool,
     /// The last mark, if the last instruction wrote one.
     pub marked: Option<u8>,
@@ -69,7 +70,7 @@ pub struct Watch<'k> {
 }
 
 impl<'k> Watch<'k> {
-    /// For an MCU that runs with interrupts enabled, or is about to start the kernel.
+    /// A watch for an MCU that runs with interrupts enabled, or is about to start the kernel.
     pub fn new(kernel: &'k Kernel) -> Self {
         Watch {
             kernel,
@@ -86,12 +87,12 @@ impl<'k> Watch<'k> {
         }
     }
 
-    /// Whether all contexts that an interrupt found have gone on as it found them.
+    /// Whether all interrupted contexts have continued as they were.
     pub fn is_settled(&self) -> bool {
         self.interrupted.is_empty()
     }
 
-    /// Whether another task should run than the one that does.
+    /// Whether another task than the running one should run.
     pub fn is_switch_due(&self, mcu: &Mcu) -> bool {
         self.kernel.head(mcu) != self.kernel.running(mcu)
     }
@@ -103,11 +104,11 @@ impl<'k> Watch<'k> {
             && !self.kernel.is_kernel_stack(mcu.stack_pointer())
     }
 
-    /// At the end each context that has not gone on still lies where the interrupt left it: the task was
-    /// interrupted on its way from a blocking call to the switch.
+    /// Checks that at the end each context that has not continued still lies where the interrupt left it.
+    /// Such a task was interrupted on its way from a blocking call to the switch.
     ///
     /// # Errors
-    /// Which task is lost.
+    /// The name of a lost task.
     pub fn check_end(&self, mcu: &Mcu) -> Result<(), String> {
         let is_lost = |found: &&Interrupted| {
             let context = self.kernel.preempted_context();
@@ -137,10 +138,10 @@ impl<'k> Watch<'k> {
         }
     }
 
-    /// Runs one instruction; gives a tick to an MCU that sleeps, and what a mark asks for.
+    /// Runs one instruction. Raises a tick for an MCU that sleeps, and the interrupts that marks ask for.
     ///
     /// # Errors
-    /// What is wrong behind the instruction.
+    /// What is wrong after the instruction.
     pub fn step(&mut self, mcu: &mut Mcu) -> Result<(), String> {
         if mcu.state() == State::Sleeping {
             self.raise(mcu, Source::Tick);
@@ -149,7 +150,8 @@ impl<'k> Watch<'k> {
         let (marks, enabled) = (mcu.markers().len(), mcu.interrupts_enabled());
         let accepted = mcu.step();
         if let Some(accepted) = accepted {
-            // It may have come behind a return, before what that led to had an instruction.
+            // The interrupt may have come directly after a return, before an instruction of the context that
+            // the return led to.
             if let Some(found) = self.accept(mcu, accepted.vector) {
                 self.check_return(mcu, found.pc, found.stack_pointer, found.status)?;
                 self.interrupted.push(found);
@@ -158,7 +160,7 @@ impl<'k> Watch<'k> {
             return Err(format!("{:?}", mcu.state()));
         }
         self.is_boundary = enabled || !mcu.interrupts_enabled();
-        // A task that was killed does not go on.
+        // A killed task does not continue.
         self.interrupted.retain(|found| self.kernel.is_started(mcu, found.task));
         self.check_stack(mcu, instruction)?;
         self.check_resumed(mcu)?;
@@ -177,7 +179,7 @@ impl<'k> Watch<'k> {
     }
 
     fn note(&mut self, mcu: &mut Mcu, mark: u8) -> Result<(), String> {
-        // Up to the first task's first instruction the kernel has not started.
+        // The kernel has not started before the first task's first instruction.
         if mcu.interrupts_enabled() {
             self.kernel.check(mcu).map_err(|wrong| format!("at mark {mark:#x}: {wrong}"))?;
         }
@@ -189,7 +191,8 @@ impl<'k> Watch<'k> {
         Ok(())
     }
 
-    /// What the interrupt `vector`, just accepted, has found; `None` where it goes on nowhere.
+    /// The context that the interrupt `vector`, just accepted, has found; `None` if nothing continues after
+    /// it.
     fn accept(&mut self, mcu: &Mcu, vector: u8) -> Option<Interrupted> {
         self.accepted += 1;
         if let Some(index) = self.raised.iter().position(|&(waiting, _)| waiting == vector) {
@@ -197,11 +200,11 @@ impl<'k> Watch<'k> {
             self.longest_wait = self.longest_wait.max(mcu.cycle() - since);
         }
         let task = self.kernel.running(mcu);
-        // Wherever a broken kernel has led it.
+        // A broken kernel may have led SP anywhere.
         let below = mcu.stack_pointer();
         let stack_pointer = below.wrapping_add(mcu.part().return_address);
         if task == self.kernel.idle && stack_pointer == mcu.part().ram_end {
-            return None; // has nothing to go on with: it is begun anew
+            return None; // the idle task has nothing to continue: it begins anew
         }
         let byte = |address| mcu.read(address).unwrap_or(0);
         let pc = (1..=mcu.part().return_address)
@@ -218,7 +221,8 @@ impl<'k> Watch<'k> {
         })
     }
 
-    /// SP lies in the stack that is in use, and no task's stack takes more than one context of an interrupt.
+    /// Checks that SP lies in the stack in use, and that no task's stack has more than one context of an
+    /// interrupt.
     fn check_stack(&mut self, mcu: &Mcu, instruction: u16) -> Result<(), String> {
         match instruction & OUT_REGISTER {
             OUT_SPH => self.stack_pointer_is_whole = false,
@@ -235,7 +239,7 @@ impl<'k> Watch<'k> {
         };
         let stack = &stacks[index];
         self.depths[index] = self.depths[index].max(stack.highest - stack_pointer);
-        // The second half of a preempted context is not laid down through SP.
+        // The second half of a preempted context is not pushed through SP.
         for (stack, depth) in stacks.iter().zip(&mut self.depths).skip(1) {
             if let Some(context) = self.kernel.preempted_at(mcu, stack.control)
                 && stack.holds(context)
@@ -260,8 +264,8 @@ impl<'k> Watch<'k> {
         Ok(())
     }
 
-    /// A task that is resumed is the one to run. The idle task is not: it runs while a preempted context
-    /// is loaded.
+    /// Checks that a resumed task is the one that should run. The idle task is an exception: it is the
+    /// running task while a preempted context is loaded.
     fn check_resumed(&mut self, mcu: &Mcu) -> Result<(), String> {
         if !mcu.interrupts_enabled() {
             return Ok(());
@@ -279,8 +283,8 @@ impl<'k> Watch<'k> {
         Ok(())
     }
 
-    /// Where an interrupted task goes on, every register is as it was, and it is the one to run. Returns
-    /// whether one does.
+    /// Checks that where an interrupted task continues, every register is as it was, and it is the task that
+    /// should run. Returns whether a task continues here.
     fn check_return(&mut self, mcu: &Mcu, pc: u32, stack_pointer: u16, status: u8) -> Result<bool, String> {
         let goes_on = |found: &Interrupted| found.pc == pc && found.stack_pointer == stack_pointer;
         let Some(index) = self.interrupted.iter().position(goes_on) else { return Ok(false) };
@@ -311,7 +315,7 @@ impl<'k> Watch<'k> {
 const SREG: u16 = 0x5f;
 const INTERRUPTS_ENABLED: u8 = 0x80;
 
-/// The instruction to come.
+/// The next instruction.
 fn instruction(mcu: &Mcu) -> u16 {
     let at = mcu.pc() as usize;
     mcu.image().flash().get(at..at + 2).map_or(0, |bytes| u16::from_le_bytes([bytes[0], bytes[1]]))

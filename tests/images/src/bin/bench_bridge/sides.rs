@@ -1,5 +1,5 @@
-//! Two MCUs with nothing to do but to carry messages of 16 bytes over the bridge: one sends as fast as its
-//! bridge takes them, the other counts those that come in turn.
+//! Two MCUs that only carry messages of 16 bytes over the bridge: one sends as fast as its bridge takes them,
+//! the other counts those that come in order.
 
 use board::Board;
 use board::interrupts::Serves;
@@ -24,7 +24,7 @@ const RESIDENCE: Residence = Residence {
 
 #[unsafe(no_mangle)]
 static BRIDGE: Bridge = Bridge::new();
-/// Messages that came in turn, and that did not.
+/// Messages that came in order, and that did not.
 #[unsafe(no_mangle)]
 static IN_TURN: MaskedCell<u16> = MaskedCell::new(0);
 #[unsafe(no_mangle)]

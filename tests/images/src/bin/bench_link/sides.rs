@@ -1,5 +1,5 @@
-//! Two MCUs with nothing to do but to carry messages of 16 bytes over one link, at USART0: one sends as fast
-//! as the link takes them, the other counts those that come.
+//! Two MCUs that only carry messages of 16 bytes over one link, at USART0: one sends as fast as the link
+//! takes them, the other counts those that come.
 
 use board::Board;
 use board::interrupts::Serves;
@@ -25,7 +25,7 @@ const NONE: Residents = Residents { docks: DockSet::EMPTY, tasks: TaskSet::of(&[
 
 #[unsafe(no_mangle)]
 static LINK: Port = Port::new(MASTER.usart0);
-/// Messages that came in turn, and that did not.
+/// Messages that came in order, and that did not.
 #[unsafe(no_mangle)]
 static IN_TURN: MaskedCell<u16> = MaskedCell::new(0);
 #[unsafe(no_mangle)]
@@ -33,7 +33,7 @@ static OUT_OF_TURN: MaskedCell<u16> = MaskedCell::new(0);
 
 static RECEIVED: Semaphore = Semaphore::new(0);
 static COUNTED: Mailbox = Mailbox::new(4);
-/// There is neither another MCU nor any device but the link.
+/// There is neither another MCU nor any device except the link.
 static NOWHERE: Mailbox = Mailbox::new(1);
 
 static OFFICE: PostOffice = PostOffice {

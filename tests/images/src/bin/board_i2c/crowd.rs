@@ -1,7 +1,7 @@
-//! What both MCUs of the crowd do with the device: write four of its registers, and read them back.
+//! The task of both MCUs of the crowd: it writes four registers of the device, and reads them back.
 //!
-//! Marks: 4 for each time that they were right, 5 after the last, 0x7e for anything wrong; and those of the
-//! packets, see `board_twi/exchange.rs`.
+//! Marks: 4 each time that the registers were right, 5 after the last, 0x7e for anything wrong; and the marks
+//! of the packets, see `board_twi/exchange.rs`.
 
 use board::debug::mark;
 use board::interrupts::Serves;

@@ -1,10 +1,9 @@
-//! All serial lines of an MCU and the bus to the other one, as busy as they can be, while its joints are
-//! never at rest.
+//! All serial lines of an MCU and its bus to the other MCU at full load, while its joint is never at rest.
 //!
-//! Each line sends frames of bytes that count up, and checks those that come: the other end is another module
-//! with this image. The USARTs send without a pause. The UART in software, which hears nothing while it
-//! sends, sends when it has heard a frame. The bus carries the longest packets both ways. `FOR_*` count what
-//! came.
+//! Each line sends frames of bytes that count up, and checks the frames that come: at the other end is
+//! another module with this image. The USARTs send without a pause. The UART in software, which can't receive
+//! while it sends, sends when it has received a frame. The bus carries the longest packets both ways. `FOR_*`
+//! count the received bytes.
 
 use board::Board;
 use board::adc::Adc;
@@ -27,15 +26,15 @@ use tests_images::start;
 /// Bytes of a frame, with its zero: the longest that a link sends.
 const FRAME: usize = tasks::link::cobs::MAX_WIRE;
 
-/// What has come: little-endian, in the order of the fields.
+/// Counts of received bytes, little-endian, in the order of the fields.
 #[repr(C)]
 #[derive(Clone, Copy)]
 pub struct Counts {
-    /// Bytes that came in their place.
+    /// Bytes that came in order.
     right: u32,
-    /// Frames that did not begin or go on with the byte that follows the one before.
+    /// Frames with a byte that does not follow the one before.
     wrong: u16,
-    /// Bytes lost on the way in, as the line counts them.
+    /// Received bytes that were lost, as the line counts them.
     lost: u16,
 }
 
@@ -59,9 +58,9 @@ static SIGNAL: Semaphore = Semaphore::new(0);
 static MOTORS: Motors<1> = Motors::new();
 static CONTROL: Stack<220> = Stack::new();
 static DRIVER: Stack<120> = Stack::new();
-/// Posted when a joint has changed its state: of no interest here.
+/// Posted when a joint has changed its state. Nothing here waits for it.
 static NEWS: Semaphore = Semaphore::new(0);
-/// Posted for each frame that the UART in software has heard.
+/// Posted for each frame that the UART in software has received.
 static HEARD: Semaphore = Semaphore::new(0);
 
 /// Starts everything; `interrupts` proves that the vectors are there.
@@ -89,8 +88,8 @@ where
     let mut backoff = Backoff::new(board.nonce);
     start(send2.start(boot, Priority::P2, move |task| {
         send(task, transmitter, move |task| {
-            // What came before is no answer. If none comes, it is time to send again; ends that both wait
-            // differ by more than a frame before long.
+            // Earlier frames are no answer. Without an answer it is time to send again. If both ends wait,
+            // their random times soon differ by more than a frame.
             while HEARD.try_wait(task) {}
             let _ = HEARD.wait_timeout(task, 20 + 8 * Ticks::from(backoff.next_ms()));
         })
@@ -103,7 +102,7 @@ where
     start(send1.start(boot, Priority::P2, |task| send(task, transmitter, |_| {})));
 }
 
-/// Turns the joint to and fro, in steps that it does not end.
+/// Turns the joint to and fro, in steps that it does not complete.
 fn keep_turning(task: &mut Task) -> Never {
     const STEP: Ticks = 100;
     let mut angle = 300;
@@ -114,7 +113,7 @@ fn keep_turning(task: &mut Task) -> Never {
     }
 }
 
-/// The byte that follows: never a zero, which would end a frame.
+/// The next byte, which is never a zero: a zero would end a frame.
 fn next(byte: u8) -> u8 {
     byte.checked_add(1).unwrap_or(1)
 }
@@ -166,7 +165,7 @@ fn check(
     }
 }
 
-/// Sends packets to the other MCU, one after the other, and checks its.
+/// Sends packets to the other MCU, one after the other, and checks its packets.
 fn exchange(task: &mut Task, mut bus: impl Bus) -> Never {
     let (mut packet, mut buffer) = ([0; 20], [0; 24]);
     let (mut sent, mut received) = (0, 0);

@@ -1,8 +1,8 @@
-//! What both sides of the two-wire test do: send, receive and check packets.
+//! The task of both sides of the two-wire test: it sends, receives and checks packets.
 //!
 //! Marks: 1 for each packet that was sent and acknowledged, 2 for each that came whole and in order, 3 when
-//! both are through, 0x7f for anything wrong. A packet that the other side refused, because it had not taken
-//! the one before, is sent again.
+//! all were sent and received, 0x7f for anything wrong. A packet that the other side refused, because it had
+//! not taken the one before, is sent again.
 
 use board::debug::mark;
 use board::interrupts::Serves;
@@ -15,7 +15,8 @@ use tests_images::start;
 /// How many packets each side sends.
 const PACKETS: u8 = 50;
 
-/// From this packet on each waits for a tick. Both MCUs start alike, so that both send a START at once.
+/// From this packet on the task waits for a tick before each. Both MCUs start at the same time, so both send
+/// a START at once.
 const TOGETHER: u8 = 25;
 
 const SENT: u8 = 1;
@@ -40,7 +41,7 @@ pub fn begin(
     start(TASK.start(boot, Priority::P3, |task| exchange(task, bus)));
 }
 
-/// The packet of this number: from 1 to 24 bytes that tell where they belong.
+/// The packet of this number: 1 to 24 bytes that count up from that number.
 fn packet(number: u8, bytes: &mut [u8; 24]) -> &[u8] {
     for (byte, value) in bytes.iter_mut().zip(number..) {
         *byte = value;

@@ -1,4 +1,4 @@
-//! Where the harness puts commands and finds replies.
+//! The mailboxes in which the harness puts commands and finds replies.
 
 use core::cell::UnsafeCell;
 use core::ptr;
@@ -34,17 +34,17 @@ impl<const LENGTH: usize> Shared<LENGTH> {
     }
 }
 
-/// The mailbox of a task, of the handler or of who starts the tasks.
+/// The mailbox of a task, of the handler or of the code that starts the tasks.
 #[repr(C)]
 pub struct Mailbox {
     command: Shared<COMMAND_BYTES>,
     reply: Shared<REPLY_BYTES>,
 }
 
-/// The handler's mailbox, behind those of the tasks. Who starts the tasks uses it before.
+/// The handler's mailbox, after those of the tasks. The code that starts the tasks uses it first.
 pub const HANDLER: usize = TASKS;
 
-/// A handler asks the harness for a command; a task does by its number.
+/// The mark by which a handler asks the harness for a command. A task's mark is its number.
 const HANDLER_ASKS: u8 = 0x3f;
 /// Asks the harness for the arrangement.
 const ARRANGE: u8 = 0x40;
@@ -70,18 +70,18 @@ impl Mailbox {
         &MODEL_MAILBOXES[number]
     }
 
-    /// Tells the harness what the last call returned.
+    /// Reports the last call's outcome to the harness.
     pub fn reply(&self, outcome: Outcome) {
         self.reply.write(Reply::Returned(outcome).to_bytes());
     }
 
-    /// Begins, without a call that could have returned.
+    /// Begins with an empty reply, since no call has returned yet.
     pub fn begin(&self) {
         self.reply.write(Reply::Nothing.to_bytes());
     }
 
-    /// The next call; `None` at the end. A mark asks the harness for it. What jobs do not share is dropped
-    /// before the call begins.
+    /// The next call; `None` at the end. A mark asks the harness for it. The messages of a job are dropped
+    /// before a call that ends it, or that begins jobs.
     #[inline(never)]
     pub fn next(&self, number: usize, own: &mut Belongings) -> Option<Call> {
         loop {

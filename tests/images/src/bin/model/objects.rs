@@ -1,4 +1,4 @@
-//! The kernel's objects, made as the harness says.
+//! The kernel's objects, made from the harness's arrangement.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -6,7 +6,7 @@ use core::mem::MaybeUninit;
 use kernel::{Boot, JobContext, Semaphore, Stack, TaskHandle};
 use model::world::{self, Arrangement, JOBS_IN_ALL, SEMAPHORES, World};
 
-/// Tasks of a world; one with little RAM has fewer.
+/// The number of tasks; an MCU with little RAM has fewer.
 pub const TASKS: usize = if cfg!(feature = "atmega328p") { 4 } else { model::world::TASKS };
 
 /// Bytes of a task's stack.
@@ -17,7 +17,7 @@ const STACK: usize = 336;
 pub static MODEL_STACKS: [Stack<STACK>; TASKS] = [const { Stack::new() }; TASKS];
 pub use MODEL_STACKS as STACKS;
 
-/// A place for what is made before the first task runs, and not changed after.
+/// A place for a value that is made before the first task runs, and not changed after.
 struct Place<T>(UnsafeCell<MaybeUninit<T>>);
 
 // SAFETY: `arrange` alone writes, before there are tasks and with interrupts masked.
@@ -41,7 +41,7 @@ impl<T> Place<T> {
     }
 }
 
-/// Makes the objects. Once, before anything else.
+/// Makes the objects. Called once, before anything else.
 #[inline(never)]
 pub fn arrange(boot: &mut Boot, arrangement: &Arrangement, bodies: [fn(&mut JobContext); JOBS_IN_ALL]) {
     PRIORITIES.fill(boot, arrangement.priorities);
