@@ -77,9 +77,9 @@ mod stack {
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<168> = Stack::new();
-    pub static DEVICES: Stack<321> = Stack::new();
+    pub static DEVICES: Stack<326> = Stack::new();
     pub static BRIDGE: Stack<153> = Stack::new();
-    pub static CONSOLE: Stack<618> = Stack::new();
+    pub static CONSOLE: Stack<634> = Stack::new();
     pub static INSPECTOR: Stack<80> = Stack::new();
 }
 

@@ -11,7 +11,7 @@ use crate::time::until;
 /// How fast joints turn, in degrees per second.
 const SPEED: u8 = 60;
 
-/// How long after its failure a joint is told its target again, in ms. A joint in the trunk always has the
+/// How long after the first failure joints that have failed are told their targets again, in ms. A joint in the trunk always has the
 /// same target, so it would stay off for good once it failed. It fails when it bears more than its motor can
 /// while other feet are in the air, or when a jolt lifts its potentiometer off its track.
 pub(super) const RETRY: u16 = 500;
@@ -35,6 +35,7 @@ impl Joints {
     /// task relaxed it.
     pub fn hear(&mut self, now: u16, axis: Axis, state: State) {
         let index = usize::from(axis.index());
+        let awaits_retry = self.failed.contains(&true);
         let (Some(told), Some(failed)) = (self.told.get_mut(index), self.failed.get_mut(index)) else {
             return;
         };
@@ -42,7 +43,10 @@ impl Joints {
             State::Off => *told = None,
             State::Stalled | State::BrokenPotentiometer => {
                 *failed = true;
-                self.retry_at = now.wrapping_add(RETRY);
+                // Failures that follow may not put this off.
+                if !awaits_retry {
+                    self.retry_at = now.wrapping_add(RETRY);
+                }
             }
             State::Moving | State::Arrived => {}
         }

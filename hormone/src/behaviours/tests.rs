@@ -237,8 +237,9 @@ fn a_joint_that_has_failed_is_told_again_after_a_while_also_where_no_beat_comes(
     }
 }
 
-fn is_told_again(state: State) {
-    let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_400);
+/// A leg that was told to stop, at this time.
+fn at_rest() -> (Behaviours, Here, u16) {
+    let (mut behaviours, mut here, now) = (behaviours(), Here::default(), 65_400);
     behaviours.receive(now, leg(), &mut here);
     behaviours.receive(now, beat(A, Dock::Back), &mut here);
     behaviours.poll(now, &mut here);
@@ -247,6 +248,19 @@ fn is_told_again(state: State) {
     behaviours.receive(now, letter(TaskCode::HORMONE, remote, &halt), &mut here);
     behaviours.poll(now, &mut here);
     assert_eq!(behaviours.status().action, Action::Rest);
+    (behaviours, here, now)
+}
+
+/// A joint reports its state.
+fn report_joint(behaviours: &mut Behaviours, now: u16, axis: Axis, state: State, here: &mut Here) {
+    let report = Report::Joint(axis, state).to_payload();
+    let joint = Address::here(TaskCode::joint(axis));
+    behaviours.receive(now, letter(TaskCode::HORMONE, joint, &report), here);
+    behaviours.poll(now, here);
+}
+
+fn is_told_again(state: State) {
+    let (mut behaviours, mut here, mut now) = at_rest();
     let turned = |here: &Here, axis| {
         here.requests()
             .into_iter()
@@ -254,10 +268,7 @@ fn is_told_again(state: State) {
             .collect::<Vec<_>>()
     };
     let before = [Axis::Front, Axis::Roll, Axis::Back].map(|axis| turned(&here, axis).len());
-    let report = Report::Joint(Axis::Roll, state).to_payload();
-    let joint = Address::here(TaskCode::joint(Axis::Roll));
-    behaviours.receive(now, letter(TaskCode::HORMONE, joint, &report), &mut here);
-    behaviours.poll(now, &mut here);
+    report_joint(&mut behaviours, now, Axis::Roll, state, &mut here);
     here.is_full = true;
     run(&mut behaviours, &mut now, RETRY + 10, &mut here);
     here.is_full = false;
@@ -268,6 +279,22 @@ fn is_told_again(state: State) {
     assert_eq!(after, [before[0], before[1] + 1, before[2]], "once, and no other");
     let rolls = turned(&here, Axis::Roll);
     assert_eq!(rolls[rolls.len() - 1], rolls[rolls.len() - 2], "where it was told to be");
+}
+
+#[test]
+fn a_joint_that_fails_again_and_again_does_not_keep_another_waiting() {
+    let (mut behaviours, mut here, mut now) = at_rest();
+    let rolls = |here: &Here| {
+        let of_roll = |request: &&Request| matches!(request, Request::Turn { axis: Axis::Roll, .. });
+        here.requests().iter().filter(of_roll).count()
+    };
+    let before = rolls(&here);
+    report_joint(&mut behaviours, now, Axis::Roll, State::Stalled, &mut here);
+    for _ in 0..=RETRY / 50 {
+        now = now.wrapping_add(50);
+        report_joint(&mut behaviours, now, Axis::Front, State::Stalled, &mut here);
+    }
+    assert_eq!(rolls(&here), before + 1);
 }
 
 #[test]

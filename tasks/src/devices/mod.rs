@@ -52,11 +52,15 @@ pub enum Mail {
 }
 
 impl Mail {
-    /// The content of `letter`, for devices in such surroundings; `None` if it can't be read.
+    /// The content of `letter`, for devices in such surroundings; `None` if it can't be read, or requests
+    /// something of another device than the one that it is for.
     pub fn of<S: Surroundings>(letter: &Letter) -> Option<Mail> {
         let report = if S::HALF.has_battery { Report::from_payload(letter.payload()) } else { None };
-        let request = || Request::from_payload(letter.payload());
-        report.map(Mail::Report).or_else(|| Some(Mail::Request(request()?, letter.from().task())))
+        let request = || {
+            let request = Request::from_payload(letter.payload())?;
+            (request.task() == letter.to().task()).then(|| Mail::Request(request, letter.from().task()))
+        };
+        report.map(Mail::Report).or_else(request)
     }
 }
 

@@ -36,7 +36,7 @@ counters! {
     pub struct Counters {
         /// Reports, and requests to other devices, that found no room.
         unsent,
-        /// Messages that were no request nor, on the MCU with the battery, a report.
+        /// Messages that were neither a request to their device nor, on the MCU with the battery, a report.
         malformed,
     }
 }

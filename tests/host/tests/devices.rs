@@ -436,6 +436,19 @@ fn sensors_are_read_four_at_a_time() {
     });
 }
 
+/// Else a sensor of the other MCU, which nothing here measures, would take a place for good.
+#[test]
+fn a_request_to_another_device_than_it_is_for_is_malformed() {
+    run::<true>(|client| {
+        client.within(10);
+        let payload = Request::Read(Sensor::AccelerationX).to_payload();
+        let message = Message::new(Address::here(TaskCode::POWER), Address::here(HORMONE), &payload);
+        let sent = client.office.deliver(client.task, message.expect("it is short"), Source::Bridge);
+        assert_eq!(sent, Ok(()));
+        assert_eq!(client.within(20), []);
+    });
+}
+
 #[test]
 fn one_latch_moves_at_a_time_and_tells_when_it_is_there() {
     run::<true>(|client| {
@@ -612,6 +625,22 @@ fn a_latch_that_has_closed_on_nothing_opens_before_it_closes_again_and_stays_so(
             client.ask(Request::Approach(Dock::Back));
             let told: Vec<Report> = (0..4).flat_map(|_| client.reports(1_000)).collect();
             assert_eq!(told, [Report::Latch(Dock::Back, LatchState::At(end))]);
+        }
+    });
+}
+
+#[test]
+fn a_dock_whose_latch_moves_is_not_searched_for() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        for end in [End::Latched, End::Released] {
+            client.ask(Request::Latch(Dock::Back, end));
+            assert_eq!(client.reports(100), []);
+            client.ask(Request::Approach(Dock::Back));
+            assert_eq!(client.reports(50), []);
+            assert!(!client.world().emitters);
+            assert_eq!(client.reports(2_500), [Report::Latch(Dock::Back, LatchState::At(end))]);
         }
     });
 }
