@@ -81,8 +81,8 @@ impl Usage {
 
     /// The use of interrupts that nest in one another: each window opens once, and the deepest interrupt
     /// occurs in the last one.
-    pub fn nested(&self, is_closed: impl Fn(&str) -> bool) -> Use {
-        let open = self.windows.iter().filter(|(function, _)| is_closed(function));
+    pub fn nested(&self, is_open: impl Fn(&str) -> bool) -> Use {
+        let open = self.windows.iter().filter(|(function, _)| is_open(function));
         open.fold(Use::default(), |nested, (_, within)| nested.then(within)).then(&self.deepest)
     }
 }

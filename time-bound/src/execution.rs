@@ -93,7 +93,17 @@ impl<'a> Timer<'a> {
         if self.facts.turns.get(&address) == Some(&Turns::Job) {
             // The job ends before this instruction, which is the first of the next job.
             ways.end(place, 0);
-            ways.begin(place, cycles, node);
+            let whole = match called {
+                None => Some(0),
+                Some(called) if called.into.is_none() => called.whole,
+                Some(_) => {
+                    let function = self.image.name(address).to_owned();
+                    return Err([Problem::JobInJob { function, address }].into());
+                }
+            };
+            if let Some(whole) = whole {
+                ways.begin(place, cycles + whole, node);
+            }
         } else if let Some(called) = called {
             ways.add_inside(called.between);
             if let Some(whole) = called.whole {

@@ -54,6 +54,8 @@ pub enum Problem {
     NoEvent { task: String, event: String },
     #[error("the task {task} has its jobs in {function}, which has no loop that is noted as one")]
     NoJob { task: String, function: String },
+    #[error("the job of {function} begins at {address:#x} with a call of what has jobs, too: note one")]
+    JobInJob { function: String, address: u32 },
     #[error("{function} writes to flash at {address:#x}, which takes nobody knows how long")]
     NoTime { function: String, address: u32 },
 }

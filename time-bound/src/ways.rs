@@ -113,7 +113,8 @@ impl Ways {
         }
         for (callee, most) in facts.calls.get(&entry.0).into_iter().flatten() {
             let calls = flow.nodes.iter().filter(|(_, node)| node.calls.contains(callee));
-            self.paths.limits.push((calls.map(|(&place, _)| (place, false)).collect(), *most));
+            let points = calls.flat_map(|(&place, _)| [(place, false), (place, true)]);
+            self.paths.limits.push((points.collect(), *most));
         }
         if problems.is_empty() { Ok(()) } else { Err(problems) }
     }

@@ -103,6 +103,19 @@ fn a_job_that_begins_in_a_call_goes_on_behind_it() {
 }
 
 #[test]
+fn a_job_may_begin_with_a_call() {
+    let image = Image::load(built("call.S")).expect("avr-gcc makes an AVR image");
+    let bounds = |notes: &str| {
+        let notes = Notes::parse(notes, &image).expect("the notes fit the image");
+        Bounds::new(&image, &Annotations::default(), &notes)
+    };
+    let jobs = bounds("task = job\nwork = 3").expect("there are bounds").jobs;
+    assert_eq!(jobs.iter().map(|job| job.cycles).collect::<Vec<_>>(), [17]);
+    let problems = bounds("task = job\nwork = job").expect_err("which of the two is it?");
+    assert!(problems[0].to_string().contains("what has jobs, too"), "{problems:?}");
+}
+
+#[test]
 fn without_a_note_both_calls_count() {
     let bounds = bounds(&NOTES.replace("__vector_4 -> long = 1", "")).expect("there is a bound");
     assert_eq!(bounds.interrupts[3].cycles - 11, 2 * (1 + 3 + 3 + 2 + 4) + 4);
