@@ -312,7 +312,8 @@ impl Walker {
             let docks = rule.sends(step.data, self.gait.beats).map_or(DockSet::EMPTY, |send| send.docks);
             docks.intersection(self.connected).iter().any(|dock| is_left_out(&dock))
         };
-        !tally.is_noisy && self.acts && self.rules(step).all(leaves_out)
+        let mut rules = self.rules(step).map(leaves_out).peekable();
+        !tally.is_noisy && self.acts && rules.peek().is_some() && rules.all(|is_left_out| is_left_out)
     }
 
     /// Time has passed up to `now`. After a whole Period without a letter one is missing, however long
@@ -409,5 +410,43 @@ fn holds(sense: Sense, value: i16) -> Option<bool> {
         () if beyond(begins) > MARGIN => Some(true),
         () if beyond(ends) < -MARGIN => Some(false),
         () => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use hormone::action::Action::Wave;
+    use hormone::data::Data::{A, B};
+    use hormone::module_type::ModuleType::{Head, Spine, Tail};
+    use hormone::rule::{BACK, received, timer};
+
+    use super::*;
+
+    hormone::gait! {
+        beats: 2,
+        beat: 200,
+        leader: Leader::Head,
+        rules: [
+            timer(Head, A).to(B).perform(Wave).send(A, BACK),
+            received(Spine, A).to(B).perform(Wave).send(A, BACK),
+            received(Tail, A).perform(Wave),
+        ],
+    }
+
+    #[test]
+    fn a_letter_without_a_rule_leaves_nothing_to_send() {
+        let mut neighbours = [None; 6];
+        neighbours[usize::from(Dock::Front.index())] = Some(Dock::Back);
+        let (mut tail, mut tally) = (Walker::new(1, &neighbours, GAIT, 1), Tally::default());
+        tail.disturbed(0, 1.0);
+        for beat in 0..20 {
+            let at = beat * 200 * MILLISECOND;
+            let data = if beat % 2 == 0 { A } else { B };
+            tail.take(at, Source::Hormone, Some(Dock::Front), data, &mut tally);
+            if data == A {
+                tail.act(at, Wave, &mut tally);
+            }
+        }
+        assert_eq!((tally.violations, tally.first.map(|first| first.wrong)), (0, None));
     }
 }
