@@ -20,7 +20,7 @@ pub struct Latch {
     /// 0 is released, 1 is latched.
     way: f64,
     amperes: f64,
-    /// The latch can't move past this.
+    /// The latch can't move past this, or from where it is beyond it.
     pub blocked_at: Option<f64>,
     /// Whether the switch at the latched end never closes.
     pub switch_is_broken: bool,
@@ -35,7 +35,7 @@ impl Latch {
     /// Drives the motor for `seconds`: towards latched if positive, towards released if negative.
     pub fn step(&mut self, direction: i8, seconds: f64) {
         let wanted = self.way + f64::from(direction.signum()) * seconds / TRAVEL_SECONDS;
-        let most = self.blocked_at.unwrap_or(1.0);
+        let most = self.blocked_at.map_or(1.0, |blocked_at| blocked_at.max(self.way));
         let way = wanted.clamp(0.0, most);
         self.amperes = match direction {
             0 => 0.0,

@@ -64,19 +64,15 @@ impl Report {
     }
 
     /// Each figure with its measured value.
-    fn lines(&self) -> impl Iterator<Item = (&'static Figure, Option<&Measured>)> {
-        FIGURES
-            .iter()
-            .map(|figure| (figure, self.measured.iter().find(|measured| measured.name == figure.name)))
+    fn lines(&self) -> impl Iterator<Item = (&'static Figure, &Measured)> {
+        FIGURES.iter().filter_map(|figure| Some((figure, self.named(figure.name).ok()?)))
     }
 }
 
-/// One object: each figure's name and value, null where there is none yet.
+/// One object: each figure's name and value.
 impl Serialize for Report {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.collect_map(
-            self.lines().map(|(figure, measured)| (figure.name, measured.map(|measured| measured.value))),
-        )
+        serializer.collect_map(self.lines().map(|(figure, measured)| (figure.name, measured.value)))
     }
 }
 
@@ -88,13 +84,9 @@ impl fmt::Display for Report {
         }
         writeln!(f)?;
         for (figure, measured) in self.lines() {
-            let value = measured.map_or("-".into(), |measured| measured.value.to_string());
+            let value = measured.value;
             let aim = figure.limit.map(|limit| {
-                let verdict = match measured {
-                    None => "to come",
-                    Some(measured) if measured.value > limit => "MISSED",
-                    Some(_) => "reached",
-                };
+                let verdict = if value > limit { "MISSED" } else { "reached" };
                 format!("<= {limit:4} {verdict}")
             });
             write!(f, "{:34}{value:>5}  {:17}", figure.name, aim.unwrap_or_default())?;

@@ -16,12 +16,14 @@ impl Mcu {
         let (log, stop) = (markers.log.clone(), markers.stop);
         let random = self.random.clone();
         let (awake_cycles, asleep, resets) = (self.awake_cycles, self.asleep, self.resets);
+        let (starts_at, hangs_at, enabled_just_now) = (self.starts_at, self.hangs_at, self.enabled_just_now);
         let ended = self.ended.clone();
         let result = trial(self);
         self.cpu.restore(core);
         self.markers.with(self.cpu, |markers| (markers.log, markers.stop) = (log, stop));
         self.random = random;
         (self.awake_cycles, self.asleep, self.resets) = (awake_cycles, asleep, resets);
+        (self.starts_at, self.hangs_at, self.enabled_just_now) = (starts_at, hangs_at, enabled_just_now);
         self.ended = ended;
         result
     }

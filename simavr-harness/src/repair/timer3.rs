@@ -59,6 +59,8 @@ pub(crate) struct Timer3 {
     high: u8,
     /// The cycle up to which matches and overflows have been processed.
     done: u64,
+    /// The cycle at which no unit matches, as the program has set the counter just before.
+    blocked_at: u64,
     capture_level: bool,
 }
 
@@ -76,6 +78,7 @@ pub(crate) fn attach(cpu: Cpu, capture: u8) -> Option<Attached<Timer3>> {
         buffered: [0; 3],
         high: 0,
         done: 0,
+        blocked_at: 0,
         capture_level: false,
     };
     let registers: Vec<u16> = (ICR3L..=TCCR3C).collect();
@@ -114,6 +117,12 @@ impl Timer3 {
         self.stands_at = value;
         self.zero_at = runs.then(|| cpu.cycle().wrapping_sub(value.into()));
         self.done = cpu.cycle();
+    }
+
+    /// The last value of the counter's present round: one beyond its top counts on to 0xFFFF.
+    fn last(&self) -> u16 {
+        let top = self.top();
+        if self.counter(self.done) > top { u16::MAX } else { top }
     }
 
     /// The cycle at which the counter leaves `value` in its present round; `None` while it stands still.
@@ -195,7 +204,10 @@ impl Device for Timer3 {
                     }
                 }
             }
-            TCNT3L => self.count_from(cpu, word),
+            TCNT3L => {
+                self.count_from(cpu, word);
+                self.blocked_at = cpu.cycle() + 1;
+            }
             OCR3CL | OCR3BL | OCR3AL => {
                 self.write_compare(cpu, usize::from((OCR3AL - address) / 2), word);
                 cpu.set_data(address, value);
@@ -222,21 +234,28 @@ impl Device for Timer3 {
     }
 
     fn due(&self) -> Option<u64> {
-        let matches = self.compared.iter().filter(|&&value| value <= self.top());
-        let matches = matches.filter_map(|&value| self.leaves(value));
-        matches.chain(self.leaves(self.top())).filter(|&due| due > self.done).min()
+        let last = self.last();
+        let matches = self.compared.iter().filter(|&&value| value <= last);
+        let matches = matches.filter_map(|&value| self.leaves(value)).filter(|&due| due != self.blocked_at);
+        matches.chain(self.leaves(last)).filter(|&due| due > self.done).min()
     }
 
     fn expire(&mut self, cpu: Cpu, now: u64) {
+        let last = self.last();
         self.done = now;
         for unit in 0..3 {
-            if self.compared[unit] <= self.top() && self.leaves(self.compared[unit]) == Some(now) {
+            let value = self.compared[unit];
+            if value <= last && self.leaves(value) == Some(now) && now != self.blocked_at {
                 cpu.raise(self.compare[unit]);
                 Self::change_pin(cpu, unit);
             }
         }
-        if self.leaves(self.top()) == Some(now) {
-            self.overflow(cpu, now);
+        if self.leaves(last) == Some(now) {
+            if last == self.top() {
+                self.overflow(cpu, now);
+            } else {
+                self.zero_at = Some(now);
+            }
         }
     }
 

@@ -172,17 +172,31 @@ fn come_in(engine: &mut Engine, load: Load, random: &mut Random, came: &mut Came
     Ok(())
 }
 
+/// The phase within a millisecond at which the earliest of these cycles lies. All are within half a
+/// millisecond of the first one's phase.
+fn earliest_phase(cycles: impl Iterator<Item = u64> + Clone) -> u64 {
+    let half = MILLISECOND / 2;
+    let begin = cycles.clone().next().unwrap_or(0) % MILLISECOND + half;
+    let after_begin = cycles.map(|cycle| (cycle + 2 * MILLISECOND - begin) % MILLISECOND);
+    (begin + after_begin.min().unwrap_or(half)) % MILLISECOND
+}
+
+/// The cycles from the last moment of this phase up to `cycle`.
+fn since_phase(phase: u64, cycle: u64) -> u64 {
+    (cycle + MILLISECOND - phase) % MILLISECOND
+}
+
 /// The longest time from when a period was due until its drives were computed. Periods are due 1 ms apart, at
-/// the phase of the one that began earliest within its millisecond.
+/// the phase of the one that began earliest.
 fn longest(edges: &[Edge]) -> Result<u64, BenchError> {
-    let begins = edges.iter().filter(|edge| edge.level);
-    let due = begins.clone().map(|edge| edge.cycle % MILLISECOND).min().unwrap_or(0);
+    let begins = edges.iter().filter(|edge| edge.level).map(|edge| edge.cycle);
+    let due = earliest_phase(begins.clone());
     let periods = begins.count();
     if periods < PERIODS {
         return Err(unmeasurable("firmware", format!("it controlled its joints in {periods} periods only")));
     }
     let pairs = edges.windows(2).filter(|pair| pair[0].level && !pair[1].level);
-    let spans = pairs.map(|pair| pair[1].cycle - (pair[0].cycle - (pair[0].cycle - due) % MILLISECOND));
+    let spans = pairs.map(|pair| pair[1].cycle - pair[0].cycle + since_phase(due, pair[0].cycle));
     Ok(spans.max().unwrap_or(0))
 }
 
@@ -194,8 +208,9 @@ fn waited(trace: &Trace, came: &Came, controller: Controller, start: u64) -> BTr
     };
     let of_period = [ROUND, TICK].map(|vector| {
         // It is due once in a period, at the earliest phase at which it was ever accepted.
-        let due = accepted(vector).map(|begin| begin % MILLISECOND).min().unwrap_or(0);
-        let waits = accepted(vector).map(|begin| (begin + MILLISECOND - due) % MILLISECOND);
+        let begins: Vec<_> = accepted(vector).collect();
+        let due = earliest_phase(begins.iter().copied());
+        let waits = begins.into_iter().map(|begin| since_phase(due, begin));
         (vector, waits.max().unwrap_or(0))
     });
     let of_port = (0..).zip(RECEIVED).map(|(port, vector)| {
@@ -207,4 +222,18 @@ fn waited(trace: &Trace, came: &Came, controller: Controller, start: u64) -> BTr
         (vector, waits.max().unwrap_or(0))
     });
     of_period.into_iter().chain(of_port).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_earliest_phase_may_lie_before_the_end_of_a_millisecond() {
+        let phase = |cycles: &[u64]| earliest_phase(cycles.iter().copied());
+        assert_eq!(phase(&[16_010, 31_990, 48_030]), 15_990);
+        assert_eq!(phase(&[15_990, 32_010]), 15_990);
+        assert_eq!(phase(&[100, 16_090, 32_400]), 90);
+        assert_eq!([15_990, 16_010].map(|cycle| since_phase(15_990, cycle)), [0, 20]);
+    }
 }
