@@ -5,7 +5,7 @@ use core::convert::Infallible;
 use ufmt::uWrite;
 
 /// The most characters of a line, including its end.
-pub const LENGTH: usize = 80;
+pub const LENGTH: usize = 96;
 
 /// A line that is being written. Characters beyond its length are dropped.
 #[derive(Default)]

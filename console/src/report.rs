@@ -348,7 +348,7 @@ impl Report {
         for (bit, cause) in RESET_CAUSES.iter().enumerate() {
             if causes >> bit & 1 != 0 {
                 let Ok(()) = line.write_str(before);
-                before = " and ";
+                before = ", ";
                 write_word(&cause, line);
             }
         }

@@ -67,7 +67,8 @@ impl EventFlags {
         context.reschedule(is_due);
     }
 
-    /// Takes those of `flags` that are set, and blocks until there is one. Returns them, cleared.
+    /// Takes those of `flags` that are set, and blocks until there is one: for ever if `flags` is 0. Returns
+    /// them, cleared.
     pub fn wait_any(&self, task: &mut Task, flags: u8) -> u8 {
         loop {
             let taken = self.take(task, flags);

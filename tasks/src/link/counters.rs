@@ -26,7 +26,7 @@ counters! {
         refused,
         /// Messages left unacknowledged for want of a buffer, to be repeated by the neighbour.
         no_buffer,
-        /// Bytes lost because they were not taken from the line in time.
+        /// Bytes lost because they were not taken from the line in time, and frames that were too long.
         overruns,
         /// Messages not sent because a newer one took their place.
         replaced,

@@ -45,7 +45,7 @@ fn answer(inspector: Address, payload: &[u8]) -> Vec<u8> {
     let docks = if inspector == MASTER { [0, 2, 3] } else { [1, 4, 5] };
     let words: Vec<u16> = match kind {
         0 if inspector == MASTER => vec![WORKS - 35, 1],
-        0 => vec![WORKS, 2 | 8],
+        0 => vec![0, 0b1_1111],
         1 => {
             assert!(index < if inspector == MASTER { 11 } else { 9 }, "there is no such task");
             vec![index.into(), base, base / 3]
@@ -93,7 +93,7 @@ fn text(topic: Topic, silent: Option<Address>, loss: f64, random: &mut Random) -
 const ALL: &str = "\
 SuperBot 0.1.0
 master: awake for 7.0 % of 50 ms, reset by power-on
-slave: awake for 0.0 % of 50 ms, reset by RESET pin and watchdog
+slave: awake for 100.0 % of 50 ms, reset by power-on, RESET pin, brown-out, watchdog, JTAG
 
 master           priority  stack unused
 joints                 0    100     33
@@ -177,7 +177,7 @@ fn whoever_does_not_answer_is_told_of_once() {
     let expected = "\
 SuperBot 0.1.0
 no answer from the master
-slave: awake for 0.0 % of 50 ms, reset by RESET pin and watchdog
+slave: awake for 100.0 % of 50 ms, reset by power-on, RESET pin, brown-out, watchdog, JTAG
 
 slave            priority  stack unused
 ";
