@@ -11,9 +11,10 @@ use crate::time::until;
 /// How fast joints turn, in degrees per second.
 const SPEED: u8 = 60;
 
-/// How long after the first failure joints that have failed are told their targets again, in ms. A joint in the trunk always has the
-/// same target, so it would stay off for good once it failed. It fails when it bears more than its motor can
-/// while other feet are in the air, or when a jolt lifts its potentiometer off its track.
+/// How long after the first failure joints that have failed are told their targets again, in ms. A joint in
+/// the trunk always has the same target, so it would stay off for good once it failed. It fails when it bears
+/// more than its motor can while other feet are in the air, or when a jolt lifts its potentiometer off its
+/// track.
 pub(super) const RETRY: u16 = 500;
 
 /// The targets that the joints were told, by their indices, and which of the joints have failed since.

@@ -109,7 +109,7 @@ counters! {
         messages_sent,
         /// Messages that came from the other MCU.
         messages_received,
-        /// Transfers begun again after lost arbitration, a NACK or a bus error.
+        /// Transfers begun again after a NACK or a bus error.
         retries,
         /// Transfers that are no message: length, CRC or address.
         errors,

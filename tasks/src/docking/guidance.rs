@@ -3,9 +3,9 @@
 //! A search follows two lines, one after the other. First the joint behind the dock turns it. Then that joint
 //! and the other one, which bends the module the opposite way, shift it. On each line the search moves on for
 //! as long as the reflection grows, tries the other side unless it grew on the first, and returns until the
-//! reflection on the way back is greatest. It stops at once where the dock is near enough to latch. An offset
-//! that one module can't correct, above all one along the line between the docks, the module of the other
-//! dock can: both search in turn, and each begins where it has left off.
+//! reflection on the way back is greatest. Once the dock is near enough to latch, it stops as soon as the
+//! reflection falls. An offset that one module can't correct, above all one along the line between the docks,
+//! the module of the other dock can: both search in turn, and each begins where it has left off.
 
 /// The reflection from which on the docks face each other close enough to latch, in counts of the converter.
 const NEAR: u16 = 500;

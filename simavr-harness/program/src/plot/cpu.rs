@@ -16,7 +16,7 @@ use crate::sim::POWER_UP_WITHIN;
 const MODULES: usize = 10;
 
 /// A module of the body with two legs.
-const MODULE: usize = 4;
+const MODULE: usize = 5;
 
 /// The time until which the robot rises, and the time for which it is then measured, in s.
 const RISEN: u64 = 3;
