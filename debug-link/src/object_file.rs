@@ -68,7 +68,7 @@ fn changes(bytes: &[u8]) -> Result<Vec<Change>, Box<dyn Error>> {
             let place = symbol.st_value(endian).wrapping_add_signed(relocation.r_addend(endian));
             if is_debugging(of) {
                 if relocation.r_type(endian) != elf::R_AVR_32 {
-                    return Err("debugging information refers to itself otherwise than by 32 bits".into());
+                    return Err("a reference within debugging information does not have 32 bits".into());
                 }
                 let word = target.sh_offset(endian) as usize + relocation.r_offset(endian) as usize;
                 changes.push(Change::Word(word, place));

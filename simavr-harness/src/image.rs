@@ -56,7 +56,7 @@ pub enum Place {
 #[derive(Debug, Error)]
 pub enum ImageError {
     #[error(
-        "cannot read the image {}: {source}; ./x build builds the robot's images, ./x bench those of tests",
+        "cannot read the image {}: {source}; ./x build builds the robot's images, ./x bench the test images",
         .path.display()
     )]
     Unreadable { path: PathBuf, source: std::io::Error },

@@ -111,7 +111,7 @@ pub struct Accepted {
 pub enum McuError {
     #[error("simavr was built without the {0}; install avr-libc and rebuild simavr-ffi")]
     NotInSimavr(&'static str),
-    #[error("the image takes {image} bytes of flash, and the {part} has {flash}")]
+    #[error("the image takes {image} bytes of flash, but the {part} has {flash}")]
     TooLarge { image: usize, part: &'static str, flash: usize },
 }
 

@@ -76,10 +76,10 @@ pub struct Variation {
 /// Why a text is not a variation.
 #[derive(Debug, Error, PartialEq)]
 pub enum VariationError {
-    #[error("write what varies and by how much at most, as in mass=20%")]
+    #[error("give an assumption and how much it varies at most, as in mass=20%")]
     Form,
     #[error(
-        "nothing of this name is assumed: give one of mass, friction, torque, current, \
+        "there is no such assumption: give one of mass, friction, torque, current, \
          gear-friction, gear-inertia, potentiometer"
     )]
     Name,

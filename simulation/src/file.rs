@@ -132,7 +132,7 @@ impl File {
         match world.get_ref().loads.iter().find(|load| load.module >= modules) {
             Some(Load { module, .. }) => Err((
                 world.span(),
-                format!("there is no module {module} to load: there are {modules}, from 0"),
+                format!("there is no module {module} to load: the robot has {modules}, counted from 0"),
             )),
             None => Ok(Some(world.get_ref().clone())),
         }
@@ -309,7 +309,8 @@ impl<'de> Deserialize<'de> for Face {
         });
         face.ok_or_else(|| {
             serde::de::Error::custom(format!(
-                "\"{text}\" is no dock: write the module's number, a point, and Front, Back, Left, Right, Up or Down"
+                "\"{text}\" is not a dock: write the module's number, a dot, and Front, Back, Left, Right, Up or \
+                 Down"
             ))
         })
     }

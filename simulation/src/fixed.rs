@@ -10,7 +10,7 @@ impl<'de, T: Deserialize<'de>, const N: usize> Deserialize<'de> for Fixed<T, N> 
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let all = Vec::deserialize(deserializer)?;
         let number = all.len();
-        let fixed = all.try_into().map_err(|_| format!("there are {number} here: give {N}"));
+        let fixed = all.try_into().map_err(|_| format!("this list has length {number}: give {N} values"));
         fixed.map(Fixed).map_err(de::Error::custom)
     }
 }

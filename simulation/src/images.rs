@@ -28,7 +28,7 @@ impl OtherImages {
     /// What to do if not.
     pub(crate) fn check(&self, wiring: &Wiring, flashed: &mut BTreeSet<usize>) -> Result<(), String> {
         if self.modules.is_empty() {
-            return Err("give `modules`, the numbers of those that have these images".into());
+            return Err("give `modules`, the numbers of the modules that have these images".into());
         }
         if self.master.is_none() && self.slave.is_none() {
             return Err("give `master`, `slave` or both, the path of an ELF file".into());

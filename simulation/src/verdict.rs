@@ -45,18 +45,18 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
         faults.push(format!("module {module} is wired {wiring:?}, but sees {seen:?}"));
     }
     if let more @ 1.. = mistaken.len().saturating_sub(MISTAKEN_NAMED) {
-        faults.push(format!("{more} more modules are not what they are wired to be"));
+        faults.push(format!("{more} more modules do not see their wiring"));
     }
     if !(0..modules).any(|module| robot.is_on(module)) {
         faults.push("no module has power".into());
     } else if !observer.gait.is_led() {
         faults.push(
-            "nobody leads: most gaits need a head, some a ring or a module alone; look at the types, or \
+            "nobody leads: most gaits need a head, some need a ring or a single module; check the types, or \
              order another gait, as the files in robots/gaits do"
                 .into(),
         );
     } else if observer.hops.delivered == 0 && modules > 1 {
-        faults.push("no hormone was delivered: run longer, or have the head send to somebody".into());
+        faults.push("no hormone was delivered: run longer, or give the head a module to send to".into());
     }
     let seconds = |cycles: u64| cycles as f64 / f64::from(CLOCK_HZ);
     if let Some(Violation { at, module, wrong }) = observer.gait.first_violation() {
@@ -71,7 +71,7 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
         && let Some((unjudged, until)) = observer.gait.unjudged(robot.now())
     {
         faults.push(format!(
-            "{unjudged} modules lie so far from the leader that they were not judged: run for more than \
+            "{unjudged} modules are so far from the leader that they were not judged: run for more than \
              {:.1} s",
             seconds(until)
         ));
@@ -89,7 +89,7 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
         && motion.distance < least
     {
         faults.push(format!(
-            "the robot does not walk: {:.3} m ahead, where {least:.3} m are the least",
+            "the robot does not walk: it moved {:.3} m ahead, but must move at least {least:.3} m",
             motion.distance
         ));
     }

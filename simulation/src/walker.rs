@@ -69,21 +69,21 @@ pub struct Violation {
 pub enum Wrong {
     #[error("took up no letter in a whole Period")]
     Missing,
-    #[error("took up another letter than the next one")]
+    #[error("took up a letter other than the next one")]
     OutOfTurn,
-    #[error("took up the letters of a Period sooner or later than in about a Period")]
+    #[error("did not take up the letters of a Period in about one Period")]
     Pace,
     #[error("did not act on a letter")]
     Idle,
-    #[error("did what no rule for its letter says")]
+    #[error("did something that no rule for its letter gives")]
     Action,
-    #[error("sent what no rule for its letter says")]
+    #[error("sent something that no rule for its letter gives")]
     Sent,
-    #[error("did not send what the rule for its letter says")]
+    #[error("did not send what the rule for its letter gives")]
     Unsent,
-    #[error("did not act as it lies")]
+    #[error("did not adapt its action to its attitude")]
     Attitude,
-    #[error("went on, though it was to stop")]
+    #[error("continued although it had an order to stop")]
     GoesOn,
     #[error("was not in step with the other leg of its branch")]
     Apart,

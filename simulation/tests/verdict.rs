@@ -61,7 +61,7 @@ fn a_robot_that_walks_in_another_period_than_it_has_to_is_found() {
     for (milliseconds, is_found) in [(250, true), (360, true), (500, false), (800, true), (1_000, true)] {
         let faults = verdict_by(beat(milliseconds), file, 12);
         let says_so =
-            faults.iter().any(|fault| fault.contains("about a Period") || fault.contains("whole Period"));
+            faults.iter().any(|fault| fault.contains("about one Period") || fault.contains("whole Period"));
         assert_eq!((says_so, faults.is_empty()), (is_found, !is_found), "{milliseconds} ms: {faults:?}");
     }
 }

@@ -24,10 +24,10 @@ pub enum Problem {
     )]
     Depth { function: String, address: u32 },
     #[error(
-        "{function} reads its return address at {address:#x}: rustc takes it for an argument where it has 3 bytes; \
-         pass no more than 18 bytes of arguments"
+        "{function} reads its return address at {address:#x}: rustc takes a return address of 3 bytes for an \
+         argument; pass no more than 18 bytes of arguments"
     )]
     ReturnAddress { function: String, address: u32 },
-    #[error("{function} runs into something at {address:#x} that is no instruction")]
+    #[error("{function} runs into data at {address:#x}, which is not an instruction")]
     NoCode { function: String, address: u32 },
 }

@@ -147,7 +147,7 @@ fn what_no_compiler_makes_is_named() {
         "pushes_in_a_loop pushes without end",
         "leaves_a_byte returns at ",
         "loads_a_stack_pointer loads a stack pointer at ",
-        "runs_into_data runs into something at ",
+        "runs_into_data runs into data at ",
     ] {
         assert!(problems.contains(problem), "{problems}");
     }

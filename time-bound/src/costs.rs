@@ -63,7 +63,7 @@ impl<'a> Costs<'a> {
         let mut timer = Timer::new(self.image, flows, &facts);
         let none = |what: String| vec![Problem::Run { what }];
         let image = self.image;
-        let leads_nowhere = |what: String| none(format!("{what} leads nowhere without {without:?}"));
+        let leads_nowhere = |what: String| none(format!("{what} has no path to its end without {without:?}"));
         let function = |name: &String| {
             image.function(name).ok_or_else(|| none(format!("the image has no function {name}")))
         };

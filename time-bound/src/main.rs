@@ -57,7 +57,7 @@ fn run(arguments: &[OsString]) -> Result<ExitCode, Box<dyn Error>> {
                 eprintln!("error: in {}, {problem}", path.display());
             }
             for notes in [loops].into_iter().chain(releases) {
-                eprintln!("error: notes stand in {}", notes.display());
+                eprintln!("error: the notes are in {}", notes.display());
             }
             Ok(ExitCode::FAILURE)
         }

@@ -52,7 +52,7 @@ pub enum NoteError {
     Malformed { line: usize },
     #[error("line {line}: the image has no function {name}: take the line out, or correct the name")]
     NoFunction { line: usize, name: String },
-    #[error("line {line}: {name} has a line already")]
+    #[error("line {line}: {name} has a line already: take one of the lines out")]
     Twice { line: usize, name: String },
 }
 

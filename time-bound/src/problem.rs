@@ -8,8 +8,7 @@ pub enum Problem {
     #[error(transparent)]
     Flow(stack_bound::Problem),
     #[error(
-        "nobody says how often the loops of {function} go round, {}; note \"{function} = turns\", in this shape: \
-         {shape}",
+        "{function} has loops without a bound, {}; note \"{function} = turns\", in this shape: {shape}",
         addresses(.headers)
     )]
     NotNoted { function: String, headers: Vec<u32>, shape: String },
@@ -21,24 +20,27 @@ pub enum Problem {
     NoLoop { function: String },
     #[error("{caller} does not call {callee}: take the note out")]
     NoCall { caller: String, callee: String },
-    #[error("what is noted of {function} leaves no way through it")]
+    #[error("the notes of {function} leave no path through it: correct them")]
     NoPath { function: String },
     #[error(
-        "nobody can tell what SREG holds that {function} reads or writes at {address:#x}, in a nested section"
+        "{function} reads or writes SREG at {address:#x}, in a nested critical section, and its value is unknown"
     )]
     Nested { function: String, address: u32 },
     #[error(
-        "what {function} does was not followed, for its use of the stack is noted: how long it takes nobody \
-         knows"
+        "the instructions of {function} were not followed, because its use of the stack is noted: its time is \
+         unknown"
     )]
     NotFollowed { function: String },
     #[error("interrupt {vector} does not come to an end, or has a loop that is noted as a task's job")]
     NoEnd { vector: u8 },
     #[error("the loop of {function} at {address:#x} can be entered at two places")]
     Irreducible { function: String, address: u32 },
-    #[error("{what}: correct what is said of it")]
+    #[error("{what}: correct the run")]
     Run { what: String },
-    #[error("nobody says when the task {body} runs: list it, with what it answers or why it has no bound")]
+    #[error(
+        "the task {body} is not listed: list it, with the event that it answers or the reason why it has no \
+         bound"
+    )]
     NotListed { body: String },
     #[error(
         "{task} has neither an event that it answers nor a reason why it has no bound: give it one of them"
@@ -46,17 +48,20 @@ pub enum Problem {
     NoReason { task: String },
     #[error("the image has no task {body}: take it out, or correct the name")]
     NoBody { body: String },
-    #[error("interrupt {vector} has a deadline, and the image does not serve it")]
+    #[error("interrupt {vector} has a deadline, but the image does not serve it")]
     NoInterrupt { vector: u8 },
-    #[error("\"{event}\" is of a task {task} that is not listed")]
+    #[error("\"{event}\" belongs to a task {task} that is not listed")]
     NoTask { event: String, task: String },
     #[error("the task {task} answers \"{event}\", which is not listed")]
     NoEvent { task: String, event: String },
-    #[error("the task {task} has its jobs in {function}, which has no loop that is noted as one")]
+    #[error("the task {task} has its jobs in {function}, which has no loop that is noted as a job")]
     NoJob { task: String, function: String },
-    #[error("the job of {function} begins at {address:#x} with a call of what has jobs, too: note one")]
+    #[error(
+        "the job of {function} begins at {address:#x} with a call of a function that has jobs, too: note the \
+         job of one of them only"
+    )]
     JobInJob { function: String, address: u32 },
-    #[error("{function} writes to flash at {address:#x}, which takes nobody knows how long")]
+    #[error("{function} writes to flash at {address:#x}, which takes an unknown time")]
     NoTime { function: String, address: u32 },
 }
 

@@ -140,7 +140,7 @@ pub enum ReleaseError {
     Unreadable { path: PathBuf, source: std::io::Error },
     #[error("{}: {source}", .path.display())]
     Malformed { path: PathBuf, source: toml::de::Error },
-    #[error("\"{name}\": every, at_once and sources are 1 at least")]
+    #[error("\"{name}\": every, at_once and sources must be at least 1")]
     Zero { name: String },
 }
 

@@ -110,7 +110,7 @@ fn of_a_task_without_an_event_the_longest_job_is_told() {
     let found = responses(&other("jobs = \"ta*\"\n")).unwrap_or_else(|problems| panic!("{problems}"));
     assert!(found.tasks.contains(told), "{found:?}");
     let problem = responses(&other("jobs = \"long\"\n")).expect_err("it has no job");
-    assert_eq!(problem, "the task other has its jobs in long, which has no loop that is noted as one");
+    assert_eq!(problem, "the task other has its jobs in long, which has no loop that is noted as a job");
 }
 
 #[test]
@@ -167,8 +167,8 @@ fn what_does_not_fit_is_named() {
         let problems = responses(text).expect_err("it is refused");
         assert!(problems.contains(problem), "{problems}");
     };
-    refused(&own(9), "\"its event\" is of a task one that is not listed");
-    refused("", "nobody says when the task task runs: list it");
+    refused(&own(9), "\"its event\" belongs to a task one that is not listed");
+    refused("", "the task task is not listed: list it");
     refused(TASK, "the task one answers \"its event\", which is not listed");
     let no_body = [TASK, &own(9), &OTHER.replace("\"task\"", "\"tusk\"")].concat();
     refused(&no_body, "the image has no task tusk: take it out");
@@ -181,10 +181,13 @@ fn what_does_not_fit_is_named() {
     refused(&run("function = \"lang\""), "the image has no function lang");
     refused(&run("vector = 1, without = [\"lang\"]"), "neither a function nor a variable lang");
     refused(&run("vector = 1, without = [\"@lang\"]"), "neither a function nor a variable @lang");
-    refused(&run("function = \"long\", without = [\"long\"]"), "long leads nowhere without [\"long\"]");
+    refused(
+        &run("function = \"long\", without = [\"long\"]"),
+        "long has no path to its end without [\"long\"]",
+    );
     refused(&run("times = 2"), "a run has either a vector, a job or a function");
     refused(&run("vector = 1, notes = \"__vector_1 = 2 2\""), "the note of __vector_1 does not fit");
-    refused(&event("a", "every = 0\nruns = []"), "every, at_once and sources are 1 at least");
+    refused(&event("a", "every = 0\nruns = []"), "every, at_once and sources must be at least 1");
     refused("[[event]]\nname = 7", "releases.toml: TOML parse error");
     assert!(matches!(Releases::load(&["/nowhere"]), Err(ReleaseError::Unreadable { .. })));
 }
@@ -223,7 +226,7 @@ fn an_interrupt_with_a_deadline_has_what_is_left_of_it_once_it_has_waited_and_ru
     assert_eq!(first.slack(), Some(200 - (waits + FIRST).cast_signed()));
     assert_eq!((second.takes, second.slack()), (None, None));
     let problem = deadline(9, "function = \"long\"").expect_err("it is refused");
-    assert_eq!(problem, "interrupt 9 has a deadline, and the image does not serve it");
+    assert_eq!(problem, "interrupt 9 has a deadline, but the image does not serve it");
     let problem = deadline(1, "vector = 9").expect_err("it is refused");
     assert!(problem.contains("the image serves no interrupt 9"), "{problem}");
 }

@@ -24,10 +24,10 @@ const WARNINGS: [&str; 7] = [
     "an inertia matrix that is singular",
     "more contacts than there is room for",
     "more constraints than there is room for",
-    "a position that is no number",
-    "a speed that is no number",
-    "an acceleration that is no number",
-    "a control that is no number",
+    "a position that is not a number",
+    "a speed that is not a number",
+    "an acceleration that is not a number",
+    "a control that is not a number",
 ];
 
 /// A warning, and the index that it names. What the index counts depends on the warning.
@@ -340,7 +340,7 @@ mod tests {
     fn what_is_no_number_is_told() {
         let mut simulation = pendulum(1.0);
         simulation.speeds_mut()[0] = f64::NAN;
-        assert_eq!(simulation.step(), Err(Warning { what: "a speed that is no number", index: 0 }));
+        assert_eq!(simulation.step(), Err(Warning { what: "a speed that is not a number", index: 0 }));
     }
 
     #[test]

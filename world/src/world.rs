@@ -59,13 +59,14 @@ pub struct Placed {
 /// Why a world can't be made.
 #[derive(Debug, Error)]
 pub enum WorldError {
-    #[error("a world needs a module at least")]
+    #[error("a world needs at least one module")]
     Empty,
     #[error(
-        "module {module} lies where a step, a box or a wall is, {millimetres:.0} mm deep in it: move that"
+        "module {module} lies where a step, a box or a wall is, {millimetres:.0} mm deep in it: move that \
+         obstacle"
     )]
     Occupied { module: usize, millimetres: f64 },
-    #[error("MuJoCo does not take the model: {0}; tell us how you came by it")]
+    #[error("MuJoCo rejects the model: {0}; please report the robot that leads to it")]
     Model(String),
 }
 
@@ -152,7 +153,7 @@ impl World {
         self.steps += 1;
         if let Some(index) = self.simulation.forces_mut().iter().position(|force| !force.is_finite()) {
             self.keep(volts);
-            return Err(self.named(Warning { what: "a force that is no number", index }));
+            return Err(self.named(Warning { what: "a force that is not a number", index }));
         }
         let stepped = self.simulation.step();
         self.keep(volts);
@@ -204,7 +205,7 @@ impl World {
     fn trouble(&self, module: usize, hinge: Option<usize>, mut what: String) -> Trouble {
         if let Some(([one, other], mm)) = self.farthest().filter(|(_, mm)| *mm > APART) {
             what += &format!(
-                "; {one} and {other} hold each other and are {mm:.0} mm apart: see if they can meet"
+                "; {one} and {other} hold each other and are {mm:.0} mm apart: check that they can meet"
             );
         }
         let body = model::root(module) + hinge.map_or(0, |hinge| hinge + 1);
@@ -216,7 +217,7 @@ impl World {
     fn expect_calm(&self) -> Result<(), Trouble> {
         let speeds = self.simulation.speeds();
         if let Some(index) = speeds.iter().position(|speed| !speed.is_finite()) {
-            return Err(self.broken(Warning { what: "a speed that is no number", index }));
+            return Err(self.broken(Warning { what: "a speed that is not a number", index }));
         }
         match self.history.wildest() {
             Some((module, hinge)) if self.speeds(module)[hinge].abs() >= WILD => {

@@ -62,7 +62,7 @@ fn a_number_that_is_none_is_told_with_its_module() {
     let mut world = two();
     let trouble = world.step(&[[0.0; 3], [f64::NAN, 0.0, 0.0]]).unwrap_err();
     assert!(trouble.to_string().contains("module 1, half with the Front dock"), "{trouble}");
-    assert!(trouble.to_string().contains("no number"), "{trouble}");
+    assert!(trouble.to_string().contains("not a number"), "{trouble}");
 }
 
 #[test]
@@ -89,6 +89,6 @@ fn where_no_number_is_left_the_joint_that_was_the_fastest_before_is_named() {
         world.step(&[[0.0; 3], [0.0; 3], [0.0, 10.0, 0.0]]).expect("it turns");
     }
     let trouble = world.step(&[[0.0; 3], [1e200, 0.0, 0.0], [0.0; 3]]).expect_err("it breaks");
-    assert!(trouble.to_string().contains("an acceleration that is no number"), "{trouble}");
+    assert!(trouble.to_string().contains("an acceleration that is not a number"), "{trouble}");
     assert!(trouble.place.contains("module 2, back of the roll"), "{trouble}");
 }

@@ -16,8 +16,8 @@ use super::trace::McuName;
 /// The most threads that a robot runs on.
 const MOST_THREADS: usize = 256;
 
-/// Runs SuperBot robots in simavr: each module two ATmega128s with the images that a real one is flashed
-/// with.
+/// Simulates SuperBot robots in simavr. Each module has two ATmega128s, which run the images that a real
+/// module is flashed with.
 #[derive(Parser)]
 #[command(version)]
 pub struct Arguments {
@@ -29,20 +29,19 @@ pub struct Arguments {
 pub enum Command {
     /// Run a robot, show it live, and end with a summary.
     Sim(Sim),
-    /// Run a centipede on slopes, steps and other ground, and through mishaps, and print how far it comes.
+    /// Run a centipede on slopes, steps and other ground and through mishaps, and print how far it walks.
     Terrain(Terrain),
-    /// Run a centipede by several Periods, and print how fast it is, and how far a charge takes it.
+    /// Run a centipede with several Periods, and print its speed and how far a charge takes it.
     Period(Period),
-    /// Write a list of jobs for all combinations of options that a file lists, for an engine to run.
+    /// Write a list of jobs, one for each combination of the options in a file.
     Campaign(Campaign),
-    /// Print what came of a campaign's runs, and write it as tables.
+    /// Print a summary of a campaign's results, and write the results as tables.
     Report(CampaignReport),
-    /// Plot a figure that docs show.
+    /// Draw one of the plots in docs.
     Plot(Plot),
-    /// Debug one MCU of a robot with gdb, the whole robot stopped meanwhile, forward and back.
+    /// Debug one MCU of a robot with gdb, forward and backward. The whole robot stops with it.
     Gdb(Gdb),
-    /// Plot what the CPUs are taken for in the worst case, as `./x response --json` tells it by the standard
-    /// input.
+    /// Plot the worst-case load of the CPUs. The standard input is the output of `./x response --json`.
     Response(Response),
     /// Measure the kernel's figures, and print them beside those of other kernels.
     Bench(Bench),
@@ -50,49 +49,50 @@ pub enum Command {
 
 #[derive(Args)]
 pub struct Sim {
-    /// How the modules are joined: centipede, chain, ring, four-legs, six-legs, cross, human, or a robot
-    /// file (.toml).
+    /// Shape of the robot: centipede, chain, ring, four-legs, six-legs, cross or human; or a robot file
+    /// (.toml).
     #[arg(default_value = "centipede", value_parser = source)]
     pub robot: Source,
 
-    /// What runs the robot: simavr its images, cycle by cycle; host the behaviours and links natively.
+    /// Engine that runs the robot. simavr executes the images cycle by cycle; host runs the behaviours and
+    /// links natively.
     #[arg(long, default_value = "simavr")]
     pub engine: EngineName,
 
-    /// Which interpreter executes the images' instructions: decoded, that of the harness, which decodes them
-    /// once; or simavr's own, which is slower. What happens is the same. Decoded, unless given.
+    /// Interpreter that executes the images' instructions: decoded, the harness's own, which decodes them
+    /// once; or simavr, simavr's own, which is slower. Both give the same results. Default: decoded.
     #[arg(long)]
     pub core: Option<CoreName>,
 
-    /// What the robot is in: level ground, where it has weight and moves; or none, where each joint turns by
-    /// itself. Ground, unless given; with --engine host none, unless it is asked for.
+    /// Physics of the robot. With ground, which is level, the robot has weight and moves; with none, each
+    /// joint turns by itself. Default: ground; with --engine host: none.
     #[arg(long)]
     pub world: Option<WorldName>,
 
-    /// How many modules the robot has. Unless given: centipede 100, chain 5, ring 6, four-legs 8, six-legs
-    /// 11, cross 5, human 6.
+    /// Number of modules. Default: centipede 100, chain 5, ring 6, four-legs 8, six-legs 11, cross 5, human
+    /// 6.
     #[arg(long, value_parser = modules, allow_hyphen_values = true)]
     pub modules: Option<usize>,
 
-    /// How long to run, in simulated seconds.
+    /// Length of the run, in simulated seconds.
     #[arg(long, default_value = "20", value_parser = seconds, allow_hyphen_values = true)]
     pub seconds: f64,
 
-    /// Probability that a frame is lost on its way between two modules, each way.
+    /// Probability that a frame between two modules is lost, in each direction.
     #[arg(long, default_value = "0", value_name = "P", value_parser = probability, allow_hyphen_values = true)]
     pub loss: f64,
 
-    /// Vary what is assumed of modules, each for itself, by up to so much: mass, friction, torque, current,
-    /// gear-friction, gear-inertia, as in mass=20%; or how potentiometers sit on their shafts, of their
-    /// travel, as in potentiometer=1%. May be given several times.
+    /// Vary an assumption about modules, independently for each module, by up to this percentage: mass,
+    /// friction, torque, current, gear-friction or gear-inertia, as in mass=20%. With potentiometer=1%, vary
+    /// how potentiometers sit on their shafts, by up to 1 % of their travel. May be given several times.
     #[arg(long, value_name = "WHAT=PERCENT%")]
     pub vary: Vec<Variation>,
 
-    /// What chance there is (SRAM at power-up, noise) follows from this number alone.
+    /// Seed that alone determines everything random (SRAM at power-up, noise).
     #[arg(long, default_value = "1", allow_hyphen_values = true)]
     pub seed: u64,
 
-    /// Threads to run on. They do not change what happens. As many as the machine has cores, unless given.
+    /// Number of threads. It does not change the results. Default: one for each core.
     #[arg(long, default_value_t = usual_threads(), value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
 
@@ -100,26 +100,26 @@ pub struct Sim {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 
-    /// Record the run as one HTML file, in which any browser shows it, also without a network.
+    /// Record the run as one HTML file. Any browser shows it, also without a network.
     #[arg(long, value_name = "FILE.html")]
     pub record: Option<PathBuf>,
 
-    /// Show the run as it goes on in a browser, by a page of this machine alone, which can have a say in it:
-    /// at this port, or any that is free.
+    /// Show the running robot in a browser. The page also controls the run, and is open to this machine only.
+    /// Without PORT, the page takes any free port.
     #[arg(long, value_name = "PORT", num_args = 0..=1, require_equals = true, default_missing_value = "0",
         conflicts_with_all = ["record", "trace"])]
     pub view: Option<u16>,
 
-    /// Write what MCUs' tasks did over time to a file, which ui.perfetto.dev shows; or, where it ends in
-    /// .vcd, the levels of their pins and buses.
+    /// Write a timeline of MCUs' tasks to a file, which ui.perfetto.dev shows. If the file's name ends in
+    /// .vcd, write the levels of the MCUs' pins and buses instead.
     #[arg(long, value_name = "FILE")]
     pub trace: Option<PathBuf>,
 
-    /// Of which MCUs that is: modules' numbers, and master or slave, as in 0.master,3.slave.
+    /// MCUs to trace: each a module's number and master or slave, as in 0.master,3.slave.
     #[arg(long, value_name = "MCUS", value_delimiter = ',', default_value = "0.master", requires = "trace")]
     pub trace_of: Vec<McuName>,
 
-    /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
+    /// Directory with firmware-master.elf and firmware-slave.elf, which `./x build` writes.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
     pub images: PathBuf,
 }
@@ -133,25 +133,25 @@ impl Sim {
 
 #[derive(Args)]
 pub struct Gdb {
-    /// Which MCU: the module's number, and master or slave, as in 7.master.
+    /// MCU to debug: the module's number and master or slave, as in 7.master.
     pub mcu: McuName,
 
     #[command(flatten)]
     pub sim: Sim,
 
-    /// Stop first at so many simulated seconds, rather than at power-up.
+    /// Time of the first stop, in simulated seconds since power-up.
     #[arg(long, default_value = "0", value_name = "SECONDS", value_parser = at, allow_hyphen_values = true)]
     pub at: f64,
 
-    /// Which gdb is started.
+    /// The gdb to start.
     #[arg(long, value_name = "PROGRAM", env = "SUPERBOT_GDB", default_value = "avr-gdb")]
     pub gdb: PathBuf,
 
-    /// Start no gdb, but wait for one at this port of the loopback interface.
+    /// Start no gdb, but wait until one connects to this port of the loopback interface.
     #[arg(long, value_name = "PORT", conflicts_with = "gdb_arguments", allow_hyphen_values = true)]
     pub listen: Option<u16>,
 
-    /// What gdb is called with besides, as in -- -batch -x FILE.
+    /// Further arguments for gdb, as in -- -batch -x FILE.
     #[arg(last = true, value_name = "ARGS")]
     pub gdb_arguments: Vec<OsString>,
 }
@@ -159,15 +159,15 @@ pub struct Gdb {
 /// What a table of runs of a centipede takes.
 #[derive(Args)]
 pub struct Centipede {
-    /// How many modules the centipede has.
+    /// Number of modules of the centipede.
     #[arg(long, default_value = "18", value_parser = modules, allow_hyphen_values = true)]
     pub modules: usize,
 
-    /// As for sim.
+    /// Seed of everything random, as for sim.
     #[arg(long, default_value = "1", allow_hyphen_values = true)]
     pub seed: u64,
 
-    /// As for sim.
+    /// Number of threads, as for sim.
     #[arg(long, default_value_t = usual_threads(), value_parser = threads, allow_hyphen_values = true)]
     pub threads: usize,
 
@@ -175,7 +175,7 @@ pub struct Centipede {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 
-    /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
+    /// Directory with firmware-master.elf and firmware-slave.elf, which `./x build` writes.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
     pub images: PathBuf,
 }
@@ -185,7 +185,7 @@ pub struct Terrain {
     #[command(flatten)]
     pub centipede: Centipede,
 
-    /// How long each run takes, in simulated seconds.
+    /// Length of each run, in simulated seconds.
     #[arg(long, default_value = "20", value_parser = clap::value_parser!(u16).range(12..),
         allow_hyphen_values = true)]
     pub seconds: u16,
@@ -196,32 +196,32 @@ pub struct Period {
     #[command(flatten)]
     pub centipede: Centipede,
 
-    /// How long each run takes, in simulated seconds.
+    /// Length of each run, in simulated seconds.
     #[arg(long, default_value = "19", value_parser = clap::value_parser!(u16).range(7..),
         allow_hyphen_values = true)]
     pub seconds: u16,
 
-    /// Plot the figures, too, to this file.
+    /// Also plot the figures, to this file.
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
 }
 
 #[derive(Args)]
 pub struct Response {
-    /// The file for the plot.
+    /// SVG file for the plot.
     #[arg(long, value_name = "FILE")]
     pub svg: PathBuf,
 }
 
 #[derive(Args)]
 pub struct Bench {
-    /// What to measure: the kernel's figures, those of a module, how a module does with tasks and with one
-    /// loop, or how fast the simulator is.
+    /// What to measure: kernel, the kernel's figures; module, a module's figures; concurrency, a module with
+    /// tasks beside one with a single loop; simulator, the simulator's speed.
     #[arg(value_enum, default_value = "kernel")]
     pub subject: Subject,
 
-    /// For how long a module is saturated, or each case of tasks against one loop runs, in simulated seconds:
-    /// 60, unless given.
+    /// Simulated seconds for which module saturates a module, or for which each case of concurrency runs.
+    /// Default: 60.
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=86_400), allow_hyphen_values = true)]
     pub seconds: Option<u64>,
 
@@ -229,19 +229,20 @@ pub struct Bench {
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
 
-    /// Print what makes up one figure instead: cycles instruction by instruction, flash function by function.
+    /// Instead of the table, print what makes up one figure: cycles by instruction, flash by function.
     #[arg(long, value_name = "FIGURE", conflicts_with = "json")]
     pub listing: Option<String>,
 
-    /// Print instead each place where a test image masks interrupts, with the most cycles it did so.
+    /// Instead of the table, print each place where a test image masks interrupts, with the most cycles that
+    /// they were masked.
     #[arg(long, conflicts_with_all = ["json", "listing"])]
     pub windows: bool,
 
-    /// Plot how a module does with tasks and with one loop, too, to this file.
+    /// Also plot a module with tasks beside one with a single loop, to this file.
     #[arg(long, value_name = "FILE")]
     pub svg: Option<PathBuf>,
 
-    /// The directory under which the test images lie in tests/, as `./x bench` leaves them.
+    /// Directory that holds the test images in its tests/, where `./x bench` writes them.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
     pub images: PathBuf,
 }

@@ -15,13 +15,13 @@ use super::{arguments, concurrency, listing, module, simulator};
 pub fn run(options: &arguments::Bench) -> Result<(), Box<dyn Error>> {
     let destination = Destination::of(options.json.as_deref(), None)?;
     if options.svg.is_some() && options.subject != Subject::Concurrency {
-        return Err("only what concurrency measures can be plotted: leave --svg out".into());
+        return Err("only concurrency has a plot: leave --svg out".into());
     }
     if options.subject != Subject::Kernel && (options.listing.is_some() || options.windows) {
         return Err("only the kernel's figures have listings: leave --listing and --windows out".into());
     }
     if options.seconds.is_some() && matches!(options.subject, Subject::Kernel | Subject::Simulator) {
-        return Err("only a module, and concurrency, run for so many seconds: leave --seconds out".into());
+        return Err("only module and concurrency have a length: leave --seconds out".into());
     }
     match options.subject {
         Subject::Kernel => {}

@@ -43,7 +43,7 @@ impl Destination {
     /// The file can't be written.
     pub fn file(path: &Path, robot: Option<&Path>, option: &str) -> Result<Self, Box<dyn Error>> {
         if robot.is_some_and(|robot| is_same(robot, path)) {
-            return Err(format!("{} is the robot file: give {option} another", path.display()).into());
+            return Err(format!("{} is the robot file: give {option} another path", path.display()).into());
         }
         Self::at(path).map_err(|error| {
             format!("can't write {}: {error}; give {option} another path", path.display()).into()
@@ -63,7 +63,8 @@ impl Destination {
     ) -> Result<Self, Box<dyn Error>> {
         let destination = Self::file(path, robot, option)?;
         if report.is_some_and(|report| report.is(&destination)) {
-            return Err(format!("{} is for --json already: give {option} another", path.display()).into());
+            let path = path.display();
+            return Err(format!("--json already writes {path}: give {option} another path").into());
         }
         Ok(destination)
     }
@@ -87,7 +88,7 @@ impl Destination {
                 // Opening a pipe without a reader would block for ever.
                 let opened = OpenOptions::new().write(true).custom_flags(libc::O_NONBLOCK).open(&path);
                 let _held = opened.map_err(|error| match error.raw_os_error() {
-                    Some(libc::ENXIO) => io::Error::other("nobody reads it"),
+                    Some(libc::ENXIO) => io::Error::other("no program reads it"),
                     _ => error,
                 })?;
                 let stream = OpenOptions::new().write(true).open(&path)?;

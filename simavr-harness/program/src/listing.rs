@@ -27,7 +27,7 @@ fn print_cycles(images: &Path, measured: &Measured, stretch: &Stretch) -> Result
     let image = Image::load(&path)?;
     let instructions = disassemble(&path)?;
     let mut out = String::new();
-    writeln!(out, "{}: {} cycles, seen in {}", measured.name, measured.value, stretch.image)?;
+    writeln!(out, "{}: {} cycles, measured in {}", measured.name, measured.value, stretch.image)?;
     let mut last_function = None;
     for step in bench::listing(images, stretch)? {
         let sum = step.at + step.cycles;
@@ -51,12 +51,12 @@ fn print_flash(measured: &Measured, flash: &Flash) -> Result<(), Box<dyn Error>>
     let mut out = String::new();
     writeln!(
         out,
-        "{}: {} bytes more than without a kernel, seen in {}",
+        "{}: {} bytes more than without a kernel, measured in {}",
         measured.name, measured.value, flash.image
     )?;
     for (functions, sum, whose) in [
         (&flash.kernel, flash.of_kernel(), "the kernel's functions and initial values"),
-        (&flash.program, flash.of_program(), "the program's, with the calls that are compiled into it"),
+        (&flash.program, flash.of_program(), "the program's functions, with the calls compiled into them"),
     ] {
         writeln!(out, "\n{sum:5}  {whose}:")?;
         for function in functions {
@@ -110,7 +110,7 @@ fn function(image: &Image, pc: u32) -> String {
 /// The image's instructions by their address.
 fn disassemble(path: &Path) -> Result<HashMap<u32, String>, Box<dyn Error>> {
     let output = Command::new("avr-objdump").args(["-d", "--no-show-raw-insn"]).arg(path).output();
-    let output = output.map_err(|error| format!("avr-objdump (package binutils-avr): {error}"))?;
+    let output = output.map_err(|error| format!("can't run avr-objdump (package binutils-avr): {error}"))?;
     if !output.status.success() {
         return Err(format!("avr-objdump: {}", String::from_utf8_lossy(&output.stderr).trim()).into());
     }

@@ -79,7 +79,7 @@ pub fn bounds(json: &mut impl Read) -> Result<Bounds, Box<dyn Error>> {
     let mut text = String::new();
     json.read_to_string(&mut text).map_err(|error| format!("can't read the bounds: {error}"))?;
     serde_json::from_str(&text)
-        .map_err(|error| format!("these are no bounds, as `./x response --json` prints them: {error}").into())
+        .map_err(|error| format!("the bounds are not the output of `./x response --json`: {error}").into())
 }
 
 /// Plots both MCUs side by side.

@@ -30,7 +30,7 @@ const SIMAVR_MODULES: usize = 1000;
 const IN_WORLD: usize = 1000;
 
 /// An error, because otherwise the figures would not show that the robot file's world is missing.
-const NO_WORLD: &str = "the robot file has a table [world], and the run has no world: \
+const NO_WORLD: &str = "the robot file has a table [world], but the run has no world: \
     take the table out, or ask for --world ground";
 
 /// Runs the robot. Returns whether it had no faults.
@@ -72,7 +72,7 @@ pub fn check(options: &Sim, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
         return Err(NO_WORLD.into());
     }
     if !options.vary.is_empty() && !has_world(options) {
-        return Err("--vary varies what is assumed of the world: ask for --world ground".into());
+        return Err("--vary needs a world: ask for --world ground".into());
     }
     if options.view.is_some() {
         record::expect_small(scenario.wiring.modules(), options.seconds, "--view")?;
@@ -137,13 +137,13 @@ pub fn expect_buildable(options: &Sim, scenario: &Scenario) -> Result<(), Box<dy
 pub fn expect_possible(options: &Sim, change: &Change) -> Result<(), String> {
     match (options.engine, change) {
         (_, Change::Push { .. }) if !has_world(options) => {
-            Err("without a world nothing can be pushed: ask for --world ground".into())
+            Err("a push needs a world: ask for --world ground".into())
         }
         (EngineName::Host, Change::Slip { .. }) if !has_world(options) => {
-            Err("natively joints have no potentiometers without a world: ask for --world ground".into())
+            Err("the native engine has no potentiometers without a world: ask for --world ground".into())
         }
         (EngineName::Host, Change::Console(_)) => {
-            Err("a console tells of programs that run: ask for --engine simavr".into())
+            Err("the native engine has no console that answers: ask for --engine simavr".into())
         }
         _ => Ok(()),
     }
@@ -200,8 +200,8 @@ fn run_robot(
     if let Some((modules, until)) = run.observer.gait.unjudged(end) {
         let seconds = until as f64 / f64::from(CLOCK_HZ);
         say(format_args!(
-            "superbot-sim: hormones may take until {seconds:.1} s to the last of {modules} modules, which this \
-             run does not judge; see --seconds\n"
+            "superbot-sim: hormones may need until {seconds:.1} s to reach {modules} of the modules; this \
+             run does not judge their gait; see --seconds\n"
         ));
     }
     let mut display = Display::new(options.json.is_none() || std::io::stderr().is_terminal());
@@ -236,7 +236,7 @@ fn run_robot(
     // If the world broke, the run did not come to its end, so no event lies after it.
     if let (None, to_come @ 1..) = (run.robot.trouble(), run.events_to_come().len()) {
         say(format_args!(
-            "superbot-sim: events that lie after the end and did not happen: {to_come}; see --seconds\n"
+            "superbot-sim: events that come after the end and did not happen: {to_come}; see --seconds\n"
         ));
     }
     for fault in report.faults() {
@@ -290,7 +290,7 @@ pub fn scenario(options: &Sim) -> Result<Scenario, Box<dyn Error>> {
         }
         Source::File(path) => {
             if options.modules.is_some() {
-                return Err("the robot file says how many modules there are: leave --modules out".into());
+                return Err("the robot file gives the number of modules: leave --modules out".into());
             }
             let text = std::fs::read_to_string(path)
                 .map_err(|error| format!("can't read {}: {error}", path.display()))?;

@@ -105,7 +105,7 @@ impl fmt::Display for Report {
         if let Some(Broken { last, .. }) = &self.trouble {
             writeln!(
                 f,
-                "\nthe last of the joint that broke:\n{:>9} {:>9} {:>11} {:>7}",
+                "\nthe last values of the joint that broke:\n{:>9} {:>9} {:>11} {:>7}",
                 "s", "degrees", "degrees/s", "V"
             )?;
             let number = |value: Option<f64>| value.map_or("none".into(), |value| format!("{value:.1}"));

@@ -268,7 +268,7 @@ fn a_campaign_that_grows_keeps_what_is_done() {
     assert!(svg.contains("hop_latency_us.mean") && svg.contains("prefers-color-scheme: dark"));
     assert_eq!(plot("failed", "loss").status.code(), Some(0));
     for (figure, against, advice) in [
-        ("hop_latency", "loss", "no run has a number by that name; there are failed, "),
+        ("hop_latency", "loss", "no run has a number of that name: give one of failed, "),
         ("failed", "engine", "give one of loss, modules, seconds, seed"),
     ] {
         let output = plot(figure, against);
@@ -283,7 +283,8 @@ fn a_campaign_that_grows_keeps_what_is_done() {
         let before = fs::read(&svg).unwrap();
         let output = campaign.report(&["--plot", "failed", "--against", "loss", "--svg", &svg]);
         assert_eq!(output.status.code(), Some(2));
-        assert!(said(&output).contains("is the campaign's own: give --svg another"), "{}", said(&output));
+        let advice = "belongs to the campaign: give --svg another path";
+        assert!(said(&output).contains(advice), "{}", said(&output));
         assert_eq!(fs::read(&svg).unwrap(), before, "{own}");
     }
 }
@@ -294,7 +295,7 @@ fn what_is_no_campaign_is_refused_with_advice() {
     for (output, advice) in [
         (campaign.plan(&[]), "unknown field `los`"),
         (campaign.plan(&["--jobs", "0"]), "give a number of jobs from 1 to 1024"),
-        (campaign.report(&[]), "./x campaign FILE.toml DIR makes one"),
+        (campaign.report(&[]), "./x campaign FILE.toml DIR writes it"),
         (campaign.report(&["--plot", "failed"]), "--against"),
         (run(&["campaign", "nowhere.toml", &campaign.directory()]), "can't read nowhere.toml"),
     ] {
@@ -331,7 +332,7 @@ fn a_campaign_file_is_not_overwritten_by_what_the_campaign_writes() {
         fs::write(&file, FILE).unwrap();
         let refused = run(&["campaign", &file, &campaign.directory()]);
         assert_eq!(refused.status.code(), Some(2), "{name}");
-        assert!(said(&refused).contains("would be overwritten"), "{}", said(&refused));
+        assert!(said(&refused).contains("the campaign would overwrite"), "{}", said(&refused));
         assert_eq!(campaign.file(name), FILE);
         fs::remove_file(&file).unwrap();
     }

@@ -418,7 +418,7 @@ fn a_report_is_written_whole_or_leaves_the_file_as_it_was() {
     assert_refused(&run(&["sim", &robot, "--engine", "host", "--json", &robot]), "is the robot file");
     let made = Command::new("mkfifo").arg(&pipe).status().expect("coreutils has it");
     assert!(made.success());
-    assert_refused(&run(&[QUICK.as_slice(), &["--json", &pipe]].concat()), "nobody reads it");
+    assert_refused(&run(&[QUICK.as_slice(), &["--json", &pipe]].concat()), "no program reads it");
     let names = || std::fs::read_dir(&directory).expect("it is there").count();
     assert_eq!(names(), 2, "the robot file and the pipe");
 
@@ -510,7 +510,8 @@ fn a_plot_does_not_go_where_the_report_goes() {
         ["figures", "./figures"].map(|name| directory.path().join(name).to_str().unwrap().to_owned());
     for command in [&["period"][..], &["bench", "concurrency"]] {
         let files = ["--images", "no/such/folder", "--json", &one, "--svg", &other];
-        assert_refused(&run(&[command, &files].concat()), "is for --json already: give --svg another");
+        let output = run(&[command, &files].concat());
+        assert_refused(&output, &format!("--json already writes {other}: give --svg another path"));
     }
     assert!(std::fs::read_dir(&directory).unwrap().next().is_none());
 }
@@ -629,14 +630,14 @@ fn what_can_not_be_recorded_is_refused_before_it_runs() {
     for folder in ["nowhere/", "nowhere/.", "robot.toml/"] {
         assert_refused(&record(&at(folder)), "give --record another path");
     }
-    assert_refused(&sim(&[&robot, "--record", &robot]), "is the robot file: give --record another");
+    assert_refused(&sim(&[&robot, "--record", &robot]), "is the robot file: give --record another path");
     for name in ["run.json", "robot.toml"] {
         let path = at(name);
         let both = sim(&["chain", "--json", &path, "--record", &path]);
-        assert_refused(&both, "is for --json already: give --record another");
+        assert_refused(&both, &format!("--json already writes {path}: give --record another path"));
     }
     let spelled = sim(&["chain", "--json", &at("new"), "--record", &at("./new")]);
-    assert_refused(&spelled, "is for --json already: give --record another");
+    assert_refused(&spelled, &format!("--json already writes {}: give --record another path", at("./new")));
     let large = sim(&["chain", "--modules", "1000", "--seconds", "101", "--record", &at("run.html")]);
     assert_refused(&large, "leave --record out, or ask for 100 s at most, or for fewer modules");
     let larger = sim(&["chain", "--modules", "200000", "--record", &at("run.html")]);

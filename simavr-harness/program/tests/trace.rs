@@ -295,7 +295,7 @@ fn what_cannot_be_traced_is_refused() {
         (&["--trace-of", "1.slave"], "--trace"),
         (&["--trace", "-"], "give --trace a file"),
         (&["--trace", "/nowhere/at/all"], "give --trace another path"),
-        (&["--trace", json, "--json", json], "give --trace another"),
+        (&["--trace", json, "--json", json], "another option already writes"),
         (&["--trace", path, "--engine", "host"], "--engine simavr"),
     ] {
         let output = run(&[&["sim", "chain", "--modules", "2"], arguments].concat());

@@ -262,12 +262,12 @@ fn what_can_not_be_done_is_said_and_nothing_happens() {
         let answer = viewed.ask(wish);
         assert!(answer.starts_with("HTTP/1.1 409") && answer.contains(why), "{wish}: {answer}");
     };
-    refused("nonsense", "that is no wish");
+    refused("nonsense", "the request is not valid");
     refused(r#"{"event": "detach = '2.Back'"}"#, "nothing is attached to the Back dock of module 2");
     refused(r#"{"event": "detach = '9.Front'"}"#, "there is no module 9");
     refused(r#"{"event": "at = 3\nkill = 1"}"#, "duplicate key");
     refused(r#"{"event": "loss = 2"}"#, "give a probability from 0 to 1");
-    refused(r#"{"event": "push = 1\nnewtons = [0, 9, 0]"}"#, "without a world nothing can be pushed");
+    refused(r#"{"event": "push = 1\nnewtons = [0, 9, 0]"}"#, "a push needs a world: ask for --world ground");
     refused(r#"{"inspect": 3}"#, "there is no module 3");
     refused(r#"{"event": "console = '0.Front'"}"#, "ask for --engine simavr");
     assert!(viewed.ask(r#"{"event": "detach = '1.Back'"}"#).starts_with("HTTP/1.1 200"));
@@ -370,5 +370,5 @@ fn what_is_saved_has_the_options_as_a_shell_takes_them_on_one_line_also_if_they_
     let (comment, rest) = answer.split_once("\r\n\r\n").unwrap().1.split_once('\n').unwrap();
     assert_eq!(rest, "modules = 2\nshape = \"chain\"\n", "{comment}");
     let expected = "it\\'s\\x0atwo.toml' --engine host --images 'no \u{fffd}' --view";
-    assert!(comment.starts_with("# Of the run by ./x sim $'/") && comment.ends_with(expected), "{comment}");
+    assert!(comment.starts_with("# Saved from ./x sim $'/") && comment.ends_with(expected), "{comment}");
 }

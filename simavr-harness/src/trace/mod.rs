@@ -128,5 +128,5 @@ impl fmt::Display for TaskState {
 
 /// An image can't be traced.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
-#[error("the image has no {0}, by which a program of this kernel is traced: build it with `./x build`")]
+#[error("the image has no {0}, which a trace of the kernel needs: build it with `./x build`")]
 pub struct NotTraceable(pub(crate) &'static str);

@@ -16,7 +16,7 @@ use tasks::superbot::BAUD;
 const USAGE: &str = "\
 Usage: superbot-console PORT [all|tasks|cpu|links]
 
-Asks the module before the infrared transceiver at the serial port PORT for a text, and prints it.";
+Asks a module for a text, through the infrared transceiver at the serial port PORT, and prints the text.";
 
 /// How often the terminal looks at the clock.
 const LOOK: Duration = Duration::from_millis(2);
@@ -71,7 +71,7 @@ fn open(port: &OsStr) -> io::Result<File> {
         Ok(file)
     } else {
         let what = String::from_utf8_lossy(&output.stderr).trim().to_string();
-        Err(io::Error::other(format!("no serial port for {BAUD} baud ({what})")))
+        Err(io::Error::other(format!("can't set the port to {BAUD} baud ({what})")))
     }
 }
 
@@ -110,7 +110,7 @@ fn converse(
         } else if now.duration_since(news.1) > patience {
             let text = terminal.text();
             return Err(io::Error::other(format!(
-                "no answer. Is the transceiver before a dock without a neighbour? So far:\n{text}"
+                "no answer: hold the transceiver before a dock without a neighbour; received so far:\n{text}"
             )));
         }
     }
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn what_is_no_serial_port_is_refused() {
-        assert!(open("/dev/null".as_ref()).unwrap_err().to_string().contains("no serial port"));
+        assert!(open("/dev/null".as_ref()).unwrap_err().to_string().contains("can't set the port to"));
         assert!(open("/there/is/none".as_ref()).is_err());
     }
 }

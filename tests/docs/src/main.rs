@@ -44,7 +44,7 @@ fn run(root: &Path) -> Result<bool, String> {
         arguments().filter(|argument| argument != "--check").map(PathBuf::from).collect();
     let all = pages(root)?;
     if let Some(unknown) = named.iter().find(|name| !all.contains(name)) {
-        return Err(format!("there is no page {}; name README.md, or one in docs/", unknown.display()));
+        return Err(format!("there is no page {}; give README.md, or a page in docs/", unknown.display()));
     }
     let (mut changed, mut failed) = (Vec::new(), Vec::new());
     for path in all.iter().filter(|path| named.is_empty() || named.contains(path)) {
@@ -71,7 +71,7 @@ fn run(root: &Path) -> Result<bool, String> {
     let old = gone(&changed);
     for path in &all {
         for Stale { line, figure, text } in read(root, path)?.stale(&old) {
-            println!("{}:{line}: {figure} has changed, look whether this has: {text}", path.display());
+            println!("{}:{line}: {figure} has changed, check whether this has: {text}", path.display());
         }
     }
     if failed.is_empty() { Ok(changed.is_empty() || !is_check) } else { Err(failed.join("\ndocs: ")) }

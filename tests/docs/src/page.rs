@@ -49,7 +49,7 @@ impl Page {
     pub fn replace(&mut self, shown: &Shown, printed: &str) -> Result<Vec<(String, String)>, String> {
         let Shown { command, at, .. } = shown;
         let (range, is_table) =
-            self.below(*at).ok_or(format!("below `{command}` there is no block, and no table"))?;
+            self.below(*at).ok_or(format!("there is no block or table below `{command}`"))?;
         let old = self.lines[range.clone()].to_vec();
         let printed = printed.trim_end().split('\n').map(str::trim_end);
         let new: Vec<String> = printed
@@ -60,7 +60,7 @@ impl Page {
             })
             .collect();
         if new.iter().all(String::is_empty) {
-            return Err(format!("`{command}` prints nothing to be shown"));
+            return Err(format!("`{command}` prints nothing to show"));
         }
         let line = |lines: &[String], number| lines.get(number).cloned().unwrap_or_default();
         let pairs = (0..old.len().max(new.len())).map(|number| (line(&old, number), line(&new, number)));

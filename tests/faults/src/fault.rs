@@ -55,8 +55,8 @@ impl Fault {
         let places: Vec<_> = places.collect();
         let &[start] = &places[..] else {
             return Err(format!(
-                "fault {}: its lines stand {} times in kernel/src/{}, not once: write in \
-                 tests/faults/faults.toml how they are now\n{}",
+                "fault {}: its lines occur {} times in kernel/src/{}, not once: update them in \
+                 tests/faults/faults.toml\n{}",
                 self.name,
                 places.len(),
                 self.file,

@@ -77,12 +77,12 @@ fn run(faults: &[Fault]) -> Result<bool, String> {
         }
     }
     println!(
-        "{} faults: {caught} caught, {listed} not, for the reasons given, {} wrong",
+        "{} faults: {caught} caught, {listed} not caught for the listed reasons, {} wrong",
         faults.len(),
         wrong.len()
     );
     if !wrong.is_empty() {
-        println!("wrong: {}. Write a test that finds it, or give the reason in {LIST}", wrong.join(" "));
+        println!("wrong: {}. Write a test that finds each, or give the reason in {LIST}", wrong.join(" "));
     }
     Ok(wrong.is_empty())
 }
@@ -92,7 +92,7 @@ fn chosen(mut faults: Vec<Fault>, names: &[String]) -> Result<Vec<Fault>, String
     let known = faults.iter().map(|fault| &fault.name);
     if let Some(unknown) = names.iter().find(|&name| !known.clone().any(|known| known == name)) {
         let known: Vec<_> = known.map(String::as_str).collect();
-        return Err(format!("there is no fault {unknown}; there are: {}", known.join(", ")));
+        return Err(format!("there is no fault {unknown}; give one of {}", known.join(", ")));
     }
     faults.retain(|fault| names.is_empty() || names.contains(&fault.name));
     Ok(faults)

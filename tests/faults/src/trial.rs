@@ -36,10 +36,10 @@ pub fn run(test: &str, root: &Path, scratch: &Path) -> Result<Verdict, String> {
     match output.status.code() {
         Some(0) => Ok(Verdict::Passed),
         // The image lacks a symbol that the test needs, so it was not built as it should be.
-        Some(101) if told(&output).contains("build it anew") => Err(told(&output)),
+        Some(101) if told(&output).contains("build it again") => Err(told(&output)),
         // 1 is the test's own verdict, 101 a panic.
         Some(1 | 101) => Ok(Verdict::Failed(complaint(&output))),
-        Some(124 | 137) => Ok(Verdict::Failed(format!("it has not ended after {PATIENCE} s"))),
+        Some(124 | 137) => Ok(Verdict::Failed(format!("it did not end within {PATIENCE} s"))),
         _ => Err(format!("{command:?}: {}\n{}", output.status, told(&output))),
     }
 }

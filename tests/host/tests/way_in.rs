@@ -136,7 +136,7 @@ fn to_flash_takes_an_mcu_a_port_a_programmer_and_nothing_else() {
 fn a_toolchain_that_is_not_there_is_named() {
     assert_eq!(
         said(x(X, &["setup"])),
-        (Some(1), "x: SUPERBOT_AVR_CARGO names no-such-program, which is no program\n".to_owned())
+        (Some(1), "x: SUPERBOT_AVR_CARGO names no-such-program, which is not a program\n".to_owned())
     );
 }
 
@@ -350,7 +350,11 @@ fn to_debug_takes_a_gdb_where_no_other_is_asked_for() {
         (&["--listen", "1234"], None),
         (&[], Some("my-gdb")),
     ] {
-        assert_eq!(gdb(arguments, named), "x: no images yet: ./x build\n", "it goes on: {arguments:?}");
+        assert_eq!(
+            gdb(arguments, named),
+            "x: there are no images yet: build them with ./x build\n",
+            "it goes on: {arguments:?}"
+        );
     }
     for arguments in [&[][..], &["--", "--gdb"]] {
         assert!(gdb(arguments, None).contains("gdb-avr: debugs an MCU"), "{arguments:?}");

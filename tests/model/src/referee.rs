@@ -171,7 +171,9 @@ impl<S: Script> Referee<S> {
     pub fn booted(&mut self, call: Call, outcome: Outcome) -> Result<(), Complaint> {
         self.keep(|reference| match reference.call_of_boot(call) {
             expected if expected == outcome => Ok(()),
-            expected => Err(format!("{call:?} returns {outcome:?} at the start, but should {expected:?}")),
+            expected => {
+                Err(format!("{call:?} returns {outcome:?} at the start, but should return {expected:?}"))
+            }
         })
     }
 

@@ -66,7 +66,7 @@ pub fn lines(text: &str, directory: &Path) -> Result<Vec<Line>, String> {
     }
     let runs = options.iter().try_fold(1, |runs: usize, (_, values)| runs.checked_mul(values.len()));
     if runs.is_none_or(|runs| runs > MOST_RUNS) {
-        return Err(format!("the lists make more than {MOST_RUNS} runs: make several campaigns of them"));
+        return Err(format!("the lists make more than {MOST_RUNS} runs: split them into several campaigns"));
     }
     if let Some((name, _)) = options.iter().find(|(_, values)| values.is_empty()) {
         return Err(format!("`{name}` is an empty list: give it a value, or leave it out"));
@@ -111,7 +111,7 @@ fn text(value: &Value) -> Result<String, String> {
 /// Refuses a text that the simulator would take for one of its options.
 fn no_option(text: &str) -> Result<String, String> {
     if text.starts_with('-') {
-        return Err(format!("{text} would be an option: give a value, which does not begin with -"));
+        return Err(format!("{text} would be an option: give a value that does not begin with -"));
     }
     Ok(text.into())
 }
@@ -124,7 +124,7 @@ fn robots(value: Value, directory: &Path) -> Result<Vec<Line>, String> {
     if let Some(file) = value.as_str().filter(|robot| robot.ends_with(".toml")) {
         let path = directory.join(file);
         let path = path.canonicalize().map_err(|error| format!("can't read {}: {error}", path.display()))?;
-        return Ok(vec![vec![path.to_str().ok_or("its path is no text")?.into()]]);
+        return Ok(vec![vec![path.to_str().ok_or("its path is not UTF-8: give it another name")?.into()]]);
     }
     if !value.is_table() {
         return Ok(vec![vec![text(&value)?]]);
@@ -149,7 +149,9 @@ fn seeds(value: Value) -> Result<Vec<Line>, String> {
     let Range { from, to } =
         value.try_into().map_err(|_| "write { from = 1, to = 40 } for all from 1 to 40".to_owned())?;
     if from > to || to - from >= MOST_RUNS as u64 {
-        return Err(format!("from {from} to {to} are no seeds, or more than {MOST_RUNS}"));
+        return Err(format!(
+            "from {from} to {to} gives no seeds, or more than {MOST_RUNS}: give another range"
+        ));
     }
     Ok((from..=to).map(|seed| vec!["--seed".into(), seed.to_string()]).collect())
 }

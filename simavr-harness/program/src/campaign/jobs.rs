@@ -37,7 +37,9 @@ impl Jobs {
             let job = line(run, &directory)?;
             if job.contains('\n') {
                 // A shell would take its lines for separate commands.
-                return Err(format!("a job has one line, and this has a path with more: {job}").into());
+                return Err(
+                    format!("a job has one line, but a path in this one has a line break: {job}").into()
+                );
             }
             writeln!(list, "{job}")?;
         }
@@ -59,7 +61,7 @@ impl Jobs {
         if files.iter().any(|(path, _)| is_same(path, file)) {
             let file = file.display();
             return Err(format!(
-                "{file} would be overwritten by the campaign's own: move it, or name another DIR"
+                "the campaign would overwrite {file} with its own file: move it, or name another DIR"
             )
             .into());
         }
@@ -95,7 +97,7 @@ impl Jobs {
     pub fn advice(&self, at_once: Option<usize>) -> Result<String, Box<dyn Error>> {
         let shell = |command: Vec<String>| shlex::try_join(command.iter().map(String::as_str));
         Ok(format!(
-            "Run them, or go on, by one of\n  {}\n  {}\n  {}\nand then\n  {}\n",
+            "Start or continue the runs with one of\n  {}\n  {}\n  {}\nand then report them with\n  {}\n",
             shell(self.parallel(at_once)?)?,
             shell(self.xargs(at_once)?)?,
             shell(vec!["sbatch".into(), text(&self.slurm_path())?])?,

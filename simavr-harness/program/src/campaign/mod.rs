@@ -55,7 +55,7 @@ fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), Box<dyn Error>> {
 
 /// A path as text, for a job.
 fn text(path: &Path) -> Result<String, Box<dyn Error>> {
-    Ok(path.to_str().ok_or_else(|| format!("{} is no text: give it another name", path.display()))?.into())
+    Ok(path.to_str().ok_or_else(|| format!("{} is not UTF-8: give it another name", path.display()))?.into())
 }
 
 fn read(path: &Path) -> Result<String, Box<dyn Error>> {

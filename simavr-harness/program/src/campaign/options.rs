@@ -6,41 +6,42 @@ use clap::Args;
 
 #[derive(Args)]
 pub struct Campaign {
-    /// The campaign: a TOML file of options of sim, each with a list of values.
+    /// TOML file of the campaign: options of sim, each with a list of values.
     pub file: PathBuf,
 
-    /// Where its list of jobs and their results go.
+    /// Directory for the list of jobs and their results.
     #[arg(value_name = "DIR")]
     pub directory: PathBuf,
 
-    /// Run the jobs here and now, by GNU parallel or else by xargs; those that are done are not run again.
+    /// Run the jobs on this machine now, with GNU parallel or else with xargs. Jobs that are done do not run
+    /// again.
     #[arg(long)]
     pub run: bool,
 
-    /// How many jobs run at once. As many as the machine has cores, unless given.
+    /// Number of jobs that run at once. Default: one for each core.
     #[arg(long, value_name = "N", value_parser = jobs, allow_hyphen_values = true)]
     pub jobs: Option<usize>,
 
-    /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
+    /// Directory with firmware-master.elf and firmware-slave.elf, which `./x build` writes.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
     pub images: PathBuf,
 }
 
 #[derive(Args)]
 pub struct CampaignReport {
-    /// The campaign's directory. runs.csv and summary.csv are written there.
+    /// Directory of the campaign. runs.csv, runs.parquet and summary.csv go there.
     #[arg(value_name = "DIR")]
     pub directory: PathBuf,
 
-    /// Plot this figure, too: a column of runs.csv that has numbers, or failed.
+    /// Also plot this figure: a column of runs.csv that has numbers, or failed.
     #[arg(long, value_name = "FIGURE", requires = "against", requires = "svg")]
     pub plot: Option<String>,
 
-    /// Against what: loss, modules, seconds or seed.
+    /// Parameter to plot the figure against: loss, modules, seconds or seed.
     #[arg(long, value_name = "PARAMETER", requires = "plot")]
     pub against: Option<String>,
 
-    /// Plot it to this file.
+    /// SVG file for the plot.
     #[arg(long, value_name = "FILE", requires = "plot")]
     pub svg: Option<String>,
 }

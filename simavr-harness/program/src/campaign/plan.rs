@@ -83,7 +83,7 @@ impl Plan {
             let parameters = Parameters::of(&options, modules);
             let key = parameters.key();
             if !keys.insert(key.clone()) {
-                return Err(format!("the run {key} is asked for twice: give each value once").into());
+                return Err(format!("the file asks for the run {key} twice: give each value once").into());
             }
             let mut command = vec![super::text(program)?, "sim".into()];
             command.extend(line);
@@ -243,9 +243,9 @@ mod tests {
             ("robot = { shape = 'chain', modules = [5, 1001] }", "simavr runs up to 1000 modules"),
             ("engine = 'host'\nvary = 'mass=20%'", "--vary"),
             ("robot = { shape = 'six-legs', modules = 2 }", "at least 11 modules"),
-            ("loss = [0.3, 0.3]", "asked for twice"),
-            ("seconds = [1, 1.0]", "asked for twice"),
-            ("loss = [0.0, -0.0]", "asked for twice"),
+            ("loss = [0.3, 0.3]", "twice: give each value once"),
+            ("seconds = [1, 1.0]", "twice: give each value once"),
+            ("loss = [0.0, -0.0]", "twice: give each value once"),
         ] {
             let error = plan(text).err().map(|error| error.to_string()).unwrap_or_default();
             assert!(error.contains(advice), "{text}: {error}");

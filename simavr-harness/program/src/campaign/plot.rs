@@ -31,7 +31,7 @@ pub fn curves(outcomes: &[Outcome], figure: &str, against: &str) -> Result<Vec<C
         let mut names = vec![FAILED];
         names.extend(columns.iter().map(String::as_str).filter(|name| !numbers(&rows, name).is_empty()));
         return Err(format!(
-            "--plot {figure}: no run has a number by that name; there are {}",
+            "--plot {figure}: no run has a number of that name: give one of {}",
             names.join(", ")
         )
         .into());

@@ -30,9 +30,9 @@ const MOST_FAULTS: usize = 3;
 pub fn run(options: &CampaignReport) -> Result<(), Box<dyn Error>> {
     let path = jobs::plan_path(&options.directory);
     let text =
-        super::read(&path).map_err(|error| format!("{error}; ./x campaign FILE.toml DIR makes one"))?;
+        super::read(&path).map_err(|error| format!("{error}; ./x campaign FILE.toml DIR writes it"))?;
     let plan: Plan = serde_json::from_str(&text).map_err(|error| {
-        format!("{} is no campaign: {error}; ./x campaign writes it anew", path.display())
+        format!("{} is not a campaign: {error}; ./x campaign writes it again", path.display())
     })?;
     let outcomes = results::read(&options.directory, &plan)?;
     let rows: Vec<Row> = outcomes.iter().map(Outcome::row).collect::<Result<_, _>>()?;
@@ -62,7 +62,7 @@ fn expect_no_other(svg: &Path, directory: &Path) -> Result<(), String> {
     let is_table = |name: &OsStr| [RUNS, TYPED_RUNS, SUMMARY].map(OsStr::new).contains(&name);
     let is_taken = |name| is_same(folder, directory) && (jobs::is_own(name) || is_table(name));
     if svg.file_name().is_some_and(is_taken) || is_same(folder, &jobs::results(directory)) {
-        return Err(format!("{} is the campaign's own: give --svg another", svg.display()));
+        return Err(format!("{} belongs to the campaign: give --svg another path", svg.display()));
     }
     Ok(())
 }
@@ -82,7 +82,8 @@ fn failures(outcomes: &[Outcome]) -> Result<String, Box<dyn Error>> {
         }
     }
     if failed.len() > MOST_FAILURES {
-        writeln!(text, "\n{} more have failed: see exit_status in runs.csv", failed.len() - MOST_FAILURES)?;
+        let more = failed.len() - MOST_FAILURES;
+        writeln!(text, "\n{more} more runs have failed: see exit_status in runs.csv")?;
     }
     match outcomes.iter().filter(|outcome| outcome.status.is_none()).count() {
         0 => {}

@@ -59,7 +59,7 @@ impl<'a> Outcome<'a> {
             return Ok(Outcome { run, report: None, status, faults: faults.map(str::to_owned).collect() });
         }
         let text = super::read(&path)?;
-        let none = || format!("{} is no report: remove it, and run its job again", path.display());
+        let none = || format!("{} is not a report: remove it, and run its job again", path.display());
         let report: Map<String, Value> = serde_json::from_str(&text).map_err(|_| none())?;
         let faults = report.get("faults").and_then(Value::as_array).ok_or_else(none)?;
         let faults: Vec<_> = faults.iter().filter_map(Value::as_str).map(str::to_owned).collect();

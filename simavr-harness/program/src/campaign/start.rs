@@ -18,9 +18,7 @@ pub fn start(jobs: &Jobs, at_once: Option<usize>) -> Result<(), Box<dyn Error>> 
         command.retain(|argument| argument != "--bar" || std::io::stderr().is_terminal());
         command
     } else {
-        say(
-            "superbot-sim: GNU parallel is not installed: xargs runs the jobs, and shows nothing meanwhile\n",
-        );
+        say("superbot-sim: GNU parallel is not installed, so xargs runs the jobs, and shows no progress\n");
         jobs.xargs(at_once)?
     };
     let status = Command::new(&command[0]).args(&command[1..]).status();
@@ -28,7 +26,7 @@ pub fn start(jobs: &Jobs, at_once: Option<usize>) -> Result<(), Box<dyn Error>> 
     // An exit status other than 0 only tells that jobs failed, as their results do.
     match status.code() {
         Some(_) => Ok(()),
-        None => Err(format!("{} was ended: run the same command again to go on", command[0]).into()),
+        None => Err(format!("a signal ended {}: run the same command again to continue", command[0]).into()),
     }
 }
 

@@ -56,14 +56,14 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
     drop((worker, robot));
     let mut worker = Line::new(server);
     if *at > 0.0 {
-        say(format_args!("superbot-sim: runs up to {at} s\n"));
+        say(format_args!("superbot-sim: running up to {at} s\n"));
     }
-    let first: Report = worker.receive().ok_or("the robot can't be run: see above")?;
+    let first: Report = worker.receive().ok_or("the robot did not run: see the message above")?;
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, options.listen.unwrap_or(0)))
         .map_err(|error| format!("can't listen: {error}; give --listen another port"))?;
     let address = listener.local_addr()?;
     if options.listen.is_some() {
-        say(format_args!("superbot-sim: waits for gdb, which says: target remote {address}\n"));
+        say(format_args!("superbot-sim: waiting for gdb: connect it with target remote {address}\n"));
         let (gdb, _) = listener.accept()?;
         server::serve(gdb, worker, image, first)?;
         return Ok(true);
@@ -78,7 +78,7 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
     gdb.args(&options.gdb_arguments);
     let mut gdb = gdb.spawn().map_err(|error| {
         format!(
-            "can't start {}: {error}; `./x gdb` installs it, and --gdb names another",
+            "can't start {}: {error}; install gdb with `./x gdb`, or name another with --gdb",
             options.gdb.display()
         )
     })?;
@@ -101,7 +101,7 @@ fn check(options: &Gdb, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
         return Err("the native engine runs no MCUs: leave --engine out".into());
     }
     if json.is_some() || record.is_some() || trace.is_some() || view.is_some() {
-        return Err("gdb goes to and fro: leave --json, --record, --trace and --view to ./x sim".into());
+        return Err("gdb also runs backward: leave --json, --record, --trace and --view to ./x sim".into());
     }
     if options.at >= *seconds {
         return Err(format!("--at {}: the run ends at {seconds} s; see --seconds", options.at).into());
@@ -179,8 +179,8 @@ fn debugging_information(options: &Sim, controller: Controller, image: &Image) -
     let found = paths.into_iter().enumerate().find(|(_, path)| is_same(path));
     match &found {
         Some((0, _)) => {}
-        Some(_) => say("superbot-sim: no source lines: `./x gdb` builds debugging information\n"),
-        None => say("superbot-sim: no names: the MCU runs another image than those that were built last\n"),
+        Some(_) => say("superbot-sim: gdb has no source lines: `./x gdb` builds debugging information\n"),
+        None => say("superbot-sim: gdb has no symbols: the MCU runs another image than those built last\n"),
     }
     found.map(|(_, path)| path)
 }

@@ -62,7 +62,7 @@ fn hear_worker(mut worker: Line, events: &Sender<Event>) {
 }
 
 fn converse(gdb: TcpStream, stopped: &mut Stopped, events: &Receiver<Event>) -> Result<(), Box<dyn Error>> {
-    const WORKER_IS_GONE: &str = "the process that ran the robot is gone: see above";
+    const WORKER_IS_GONE: &str = "the process that ran the robot has ended: see the message above";
     let failed = |error: &dyn std::fmt::Display| format!("gdb's server: {error}");
     let mut settings = Settings::default();
     let mut stub = begin(gdb.try_clone()?, stopped, &settings).map_err(|e| failed(&e))?;

@@ -20,7 +20,7 @@ class FrameId:
 
 
 class Calls(Unwinder):
-    """The return address lies behind what the function has laid on the stack."""
+    """Finds the caller: the return address lies behind the bytes that the function has pushed."""
 
     def __init__(self):
         super().__init__("superbot")
@@ -55,7 +55,7 @@ class Calls(Unwinder):
 
 
 class Callers:
-    """Leaves out what seems to have called the function in which a task begins."""
+    """Leaves out the frames that seem to call the function in which a task begins."""
 
     def __init__(self):
         self.name = "superbot"
@@ -68,7 +68,7 @@ class Callers:
 
 
 class InfoTasks(gdb.Command):
-    """What each task does. The tasks are gdb's threads, too: thread apply all backtrace."""
+    """Print what each task does. Each task is also a thread of gdb: thread apply all backtrace."""
 
     def __init__(self):
         super().__init__("info tasks", gdb.COMMAND_STATUS)

@@ -19,29 +19,29 @@ pub struct Plot {
     #[arg(value_enum)]
     what: What,
 
-    /// Where the plot goes, as SVG.
+    /// SVG file for the plot.
     #[arg(value_name = "FILE")]
     svg: PathBuf,
 
-    /// Threads to run on. They do not change what comes of it.
+    /// Number of threads. It does not change the plot.
     #[arg(long, default_value_t = usual_threads(), value_parser = threads, allow_hyphen_values = true)]
     threads: usize,
 
-    /// The directory with firmware-master.elf and firmware-slave.elf, as `./x build` leaves them.
+    /// Directory with firmware-master.elf and firmware-slave.elf, which `./x build` writes.
     #[arg(long, value_name = "DIRECTORY", env = "SUPERBOT_IMAGES", default_value = "target/images")]
     images: PathBuf,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
 enum What {
-    /// The three joints of a module as they turn by 30 degrees.
+    /// The angles of a module's three joints while they turn by 30 degrees.
     Step,
-    /// How long hormones take from the head of a chain of 30, by the hops to where they come.
+    /// The time that hormones take from the head of a chain of 30 modules, against the number of hops.
     Hops,
-    /// What takes the time of the CPUs of a module that walks.
+    /// How tasks and interrupts share the time of the CPUs of a walking module.
     Cpu,
-    /// How long the joints' control takes and interrupts wait in a busy module, and at most by what is
-    /// computed, which comes by the standard input.
+    /// How long the joints' control takes and interrupts wait in a busy module, beside their computed bounds.
+    /// The standard input is the output of `./x response --json`.
     Response,
 }
 

@@ -42,7 +42,7 @@ fn rows(bounds: &Bounds, seen: &Seen) -> Result<Vec<Row>, Box<dyn Error>> {
         Controller::Slave => ("slave", &bounds.slave),
     };
     let row = |what: String, seen: u64, bound: Option<u64>| {
-        let bound = bound.ok_or_else(|| format!("{name}: nothing is computed of {what}"))?;
+        let bound = bound.ok_or_else(|| format!("{name}: there is no computed bound of {what}"))?;
         Ok(Row { what: format!("{name}: {what}"), seen: microseconds(seen), bound: microseconds(bound) })
     };
     let control = seen
@@ -84,7 +84,7 @@ fn draw(all: &[Row]) -> Result<String, Box<dyn Error>> {
             .y_labels(all.len() + 1)
             .y_label_formatter(&labels)
             .x_label_formatter(&|x| format!("{x:.0}"))
-            .x_desc("microseconds: longest seen blue, at most by computation red")
+            .x_desc("microseconds: longest seen blue, computed bound red")
             .light_line_style(TRANSPARENT)
             .label_style(FONT)
             .axis_desc_style(FONT)

@@ -85,7 +85,7 @@ fn behaviour(task: TaskCode) -> &'static str {
         TaskCode::AC_RECEIVE => "AC_RECEIVE",
         TaskCode::HORMONE => "HORMONE",
         TaskCode::CONSOLE => "CONSOLE",
-        _ => "a behaviour that is not there",
+        _ => "an unknown behaviour",
     }
 }
 

@@ -83,8 +83,7 @@ impl Timeline {
         let most = MOST / options.trace_of.len() as f64;
         if options.seconds > most {
             return Err(format!(
-                "{} s of so many MCUs would make a file too large to be looked at: trace {} s at most, or \
-                 fewer MCUs",
+                "{} s of so many MCUs would make a file too large to view: trace {} s at most, or fewer MCUs",
                 options.seconds,
                 at_most(most)
             )
@@ -92,7 +91,11 @@ impl Timeline {
         }
         let destination = Destination::file(path, robot_file, "--trace")?;
         if others.into_iter().flatten().any(|other| other.is(&destination)) {
-            return Err(format!("{} is for another result: give --trace another", path.display()).into());
+            return Err(format!(
+                "another option already writes {}: give --trace another path",
+                path.display()
+            )
+            .into());
         }
         // Not by `extension`: a file whose whole name is `.vcd` has none.
         let is_vcd = path.as_os_str().to_ascii_lowercase().as_encoded_bytes().ends_with(b".vcd");

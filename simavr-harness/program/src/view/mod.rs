@@ -207,7 +207,9 @@ impl View {
             Wish::Inspect(module) => {
                 let modules = run.robot.wiring().modules();
                 match module.filter(|&module| module >= modules) {
-                    Some(module) => Err(format!("there is no module {module}: there are {modules}, from 0")),
+                    Some(module) => {
+                        Err(format!("there is no module {module}: the robot has {modules}, counted from 0"))
+                    }
                     None => {
                         // Without a stream no page could get the data.
                         if let Some(stream) = stream {
@@ -252,7 +254,7 @@ fn robot(scenario: &Scenario) -> Result<String, Box<dyn Error>> {
     let robot = toml::to_string(&robot)?;
     let arguments: Vec<_> = std::env::args_os().skip(2).collect();
     let arguments: Vec<_> = arguments.iter().map(|argument| quoted(&argument.to_string_lossy())).collect();
-    Ok(format!("# Of the run by ./x sim {}\n{robot}", arguments.join(" ")))
+    Ok(format!("# Saved from ./x sim {}\n{robot}", arguments.join(" ")))
 }
 
 /// An argument quoted for a shell, on one line and without characters that a comment of TOML may not have.

@@ -78,10 +78,10 @@ impl Server {
         asked: Sender<Asked>,
     ) -> Result<Self, Box<dyn Error>> {
         let http = tiny_http::Server::http(("127.0.0.1", port)).map_err(|error| {
-            format!("can't serve the page at port {port}: {error}; give --view=PORT another")
+            format!("can't serve the page at port {port}: {error}; give another with --view=PORT")
         })?;
         let mut token = [0; 16];
-        getrandom::fill(&mut token).map_err(|error| format!("there are no random numbers: {error}"))?;
+        getrandom::fill(&mut token).map_err(|error| format!("can't get random numbers: {error}"))?;
         let token = token.iter().map(|byte| format!("{byte:02x}")).collect();
         Ok(Server { http, page, token, feed, asked })
     }
@@ -108,7 +108,7 @@ impl Server {
 
     fn answer(&self, mut request: Request) -> io::Result<()> {
         if !self.is_own(&request) {
-            return respond(request, 403, "this page is for programs of this machine alone");
+            return respond(request, 403, "only programs on this machine may open this page");
         }
         let url = request.url().to_owned();
         let path = url.strip_prefix('/').and_then(|path| path.strip_prefix(&self.token));
@@ -116,7 +116,7 @@ impl Server {
             return respond(
                 request,
                 404,
-                "there is nothing here: open the address as ./x sim --view says it",
+                "there is nothing here: open the address that ./x sim --view prints",
             );
         };
         match (request.method(), path) {
@@ -139,7 +139,7 @@ impl Server {
                 };
                 respond(request, status, &text)
             }
-            _ => respond(request, 404, "there is no such thing"),
+            _ => respond(request, 404, "there is no such page"),
         }
     }
 
@@ -165,7 +165,7 @@ fn is_name(asked: &str, address: &str) -> bool {
 
 /// Hands a wish to the run, and waits for the answer.
 fn ask(asked: &Sender<Asked>, stream: Option<Stream>, body: &str) -> Answer {
-    let wish = serde_json::from_str(body).map_err(|error| format!("that is no wish: {error}"))?;
+    let wish = serde_json::from_str(body).map_err(|error| format!("the request is not valid: {error}"))?;
     let (answer, answered) = mpsc::channel();
     let is_over = |_| "the run is over".to_owned();
     asked.send(Asked { wish, stream, answer }).map_err(|_| is_over(mpsc::RecvError))?;

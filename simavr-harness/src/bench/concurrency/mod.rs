@@ -85,7 +85,7 @@ pub fn measure(directory: &Path, seconds: u64) -> Result<Concurrency, BenchError
     let images = Style::ALL.into_iter().flat_map(|style| [style.image(), style.trial()]);
     if let Some(image) = images.into_iter().find(|image| !directory.join(image).is_file()) {
         let place = directory.join(image).display().to_string();
-        return Err(unmeasurable(&place, "it is not there; ./x bench concurrency builds it"));
+        return Err(unmeasurable(&place, "it does not exist; ./x bench concurrency builds it"));
     }
     thread::scope(|scope| {
         let programs = Style::ALL.map(|style| scope.spawn(move || program(directory, style)));

@@ -58,7 +58,7 @@ fn run(images: &Images, seed: u64, bytes: u64) -> Result<SerialLoad, BenchError>
         let before = load.soft_uart_bytes;
         load = SerialLoad::of(&engine)?.since(start);
         if load.soft_uart_bytes == before {
-            return Err(unmeasurable("board_serial_a", "nothing comes any more"));
+            return Err(unmeasurable("board_serial_a", "its bytes no longer arrive"));
         }
     }
     Ok(load)

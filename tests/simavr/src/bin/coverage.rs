@@ -53,8 +53,8 @@ fn run(accepts: bool) -> Result<bool, String> {
     println!("{}\n{} gaps, {} complaints", functions.summary(), gaps.len(), complaints.len());
     if !complaints.is_empty() {
         println!(
-            "Write a test that reaches what is not listed. Where none can, ./x coverage --accept lists it: \
-             give the reason in {}",
+            "Write a test that covers each gap that is not listed. If no test can, list the gap with \
+             ./x coverage --accept, and give the reason in {}",
             path.display()
         );
     }

@@ -13,8 +13,8 @@ fn main() -> ExitCode {
         [name] if only_checks && names.contains(name) => {}
         [] => println!("{}", names.join("\n")),
         [name] if names.contains(name) => print!("{}", examples::run(name)),
-        [name] => return refuse(&format!("there is no example {name}; there are: {}", names.join(", "))),
-        [name, more, ..] => return refuse(&format!("one example at a time: {name}, without {more}")),
+        [name] => return refuse(&format!("there is no example {name}; give one of {}", names.join(", "))),
+        [name, more, ..] => return refuse(&format!("give one example at a time: {name}, without {more}")),
     }
     ExitCode::SUCCESS
 }

@@ -41,7 +41,7 @@ fn main() -> ExitCode {
     {
         println!("in all, {interruptions}: {boundaries} boundaries, {runs} runs, {failed} failed");
     }
-    println!("the longest that an interrupt waited: {} cycles", total.single.longest_wait);
+    println!("longest wait of an interrupt: {} cycles", total.single.longest_wait);
     eprintln!("{:.0} s", start.elapsed().as_secs_f64());
     if total.single.failed + total.pairs.failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE }
 }

@@ -51,7 +51,8 @@ impl List {
             } else {
                 let gap = Gap::parse(entry).filter(|_| !reason.is_empty()).ok_or_else(|| {
                     format!(
-                        "line {number} is no gap (FUNCTION 0x1a..0x20 never executed) below a reason: {line}"
+                        "line {number} is not a gap (FUNCTION 0x1a..0x20 never executed) below a reason: \
+                         {line}"
                     )
                 })?;
                 let reason = if reason == NO_REASON { "" } else { reason };

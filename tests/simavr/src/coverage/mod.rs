@@ -62,7 +62,7 @@ pub fn record(image: &mut Image) {
 /// # Errors
 /// There is no folder or no record, or an image cannot be read.
 pub fn functions() -> Result<Functions, String> {
-    let folder = folder().ok_or_else(|| format!("{FOLDER} names no folder: run ./x coverage"))?;
+    let folder = folder().ok_or_else(|| format!("{FOLDER} is not set: run ./x coverage"))?;
     let mut functions = Functions::default();
     for path in images()? {
         let mut image = Image::load(&path).map_err(|error| error.to_string())?;

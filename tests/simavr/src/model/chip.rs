@@ -83,7 +83,7 @@ impl Subject {
     fn of(target: &'static Target, image: Arc<Image>, without: Option<Group>) -> Self {
         let find = |name: &str| match image.symbol(name).map(|symbol| (symbol.place, symbol.size)) {
             Some((Place::Data(start), size)) => start..start + size,
-            _ => panic!("the image has no {name}: build it anew"),
+            _ => panic!("the image has no {name}: build it again"),
         };
         let mailboxes = find("MODEL_MAILBOXES");
         Subject {
