@@ -215,8 +215,8 @@ macro_rules! fast_handler {
     ($(#[$attribute:meta])* fn $name:ident($masked:ident) $body:block) => {
         $(#[$attribute])*
         unsafe extern "avr-interrupt" fn $name() {
-            // SAFETY: a vector calls this, with interrupts masked, and nothing enables them before the return.
-            // The context is lent as `Masked` alone, with which no kernel call can be made.
+            // SAFETY: a vector calls this with interrupts masked, and nothing enables them before the
+            // return. The context is lent as `Masked` alone, with which no kernel call can be made.
             let mut interrupt = unsafe { $crate::kernel::Interrupt::assume() };
             $crate::kernel::Context::mask(&mut interrupt, |$masked| $body)
         }

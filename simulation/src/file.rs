@@ -309,8 +309,8 @@ impl<'de> Deserialize<'de> for Face {
         });
         face.ok_or_else(|| {
             serde::de::Error::custom(format!(
-                "\"{text}\" is not a dock: write the module's number, a dot, and Front, Back, Left, Right, Up or \
-                 Down"
+                "\"{text}\" is not a dock: write the module's number, a dot, and Front, Back, Left, Right, \
+                 Up or Down"
             ))
         })
     }

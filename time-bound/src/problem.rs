@@ -23,12 +23,13 @@ pub enum Problem {
     #[error("the notes of {function} leave no path through it: correct them")]
     NoPath { function: String },
     #[error(
-        "{function} reads or writes SREG at {address:#x}, in a nested critical section, and its value is unknown"
+        "{function} reads or writes SREG at {address:#x}, in a nested critical section, and its value is \
+         unknown"
     )]
     Nested { function: String, address: u32 },
     #[error(
-        "the instructions of {function} were not followed, because its use of the stack is noted: its time is \
-         unknown"
+        "the instructions of {function} were not followed, because its use of the stack is noted: its \
+         time is unknown"
     )]
     NotFollowed { function: String },
     #[error("interrupt {vector} does not come to an end, or has a loop that is noted as a task's job")]
