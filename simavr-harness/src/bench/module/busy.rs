@@ -12,7 +12,7 @@ use tasks::link::frame::{Frame, Label, Turn};
 use tasks::link::signature::Signature;
 use tasks::message::{MAX_PAYLOAD, TaskCode};
 
-use super::control::{PULL, pull};
+use super::control::{PULL, offsets, pull};
 use super::{BYTE, MEASURED, MILLISECOND, ModuleImages, SECOND};
 use crate::Controller;
 use crate::bench::{BenchError, unmeasurable};
@@ -172,31 +172,29 @@ fn come_in(engine: &mut Engine, load: Load, random: &mut Random, came: &mut Came
     Ok(())
 }
 
-/// The phase within a millisecond at which the earliest of these cycles lies. All are within half a
-/// millisecond of the first one's phase.
-fn earliest_phase(cycles: impl Iterator<Item = u64> + Clone) -> u64 {
-    let half = MILLISECOND / 2;
-    let begin = cycles.clone().next().unwrap_or(0) % MILLISECOND + half;
-    let after_begin = cycles.map(|cycle| (cycle + 2 * MILLISECOND - begin) % MILLISECOND);
-    (begin + after_begin.min().unwrap_or(half)) % MILLISECOND
+/// The cycle at which the first of periodic events was due: they are due 1 ms apart, as early as the earliest
+/// of them came. 0 without any.
+fn first_due(begins: &[u64]) -> u64 {
+    let earliest = offsets(begins).min().unwrap_or(0);
+    begins.first().map_or(0, |first| first.saturating_add_signed(earliest))
 }
 
-/// The cycles from the last moment of this phase up to `cycle`.
-fn since_phase(phase: u64, cycle: u64) -> u64 {
-    (cycle + MILLISECOND - phase) % MILLISECOND
+/// The cycles from when an event was due up to `cycle`, at which it came.
+fn late(first_due: u64, cycle: u64) -> u64 {
+    (cycle - first_due) % MILLISECOND
 }
 
-/// The longest time from when a period was due until its drives were computed. Periods are due 1 ms apart, at
-/// the phase of the one that began earliest.
+/// The longest time from when a period was due until its drives were computed. Periods are due 1 ms apart, as
+/// early as the earliest began.
 fn longest(edges: &[Edge]) -> Result<u64, BenchError> {
-    let begins = edges.iter().filter(|edge| edge.level).map(|edge| edge.cycle);
-    let due = earliest_phase(begins.clone());
-    let periods = begins.count();
+    let begins: Vec<_> = edges.iter().filter(|edge| edge.level).map(|edge| edge.cycle).collect();
+    let due = first_due(&begins);
+    let periods = begins.len();
     if periods < PERIODS {
         return Err(unmeasurable("firmware", format!("it controlled its joints in {periods} periods only")));
     }
     let pairs = edges.windows(2).filter(|pair| pair[0].level && !pair[1].level);
-    let spans = pairs.map(|pair| pair[1].cycle - pair[0].cycle + since_phase(due, pair[0].cycle));
+    let spans = pairs.map(|pair| pair[1].cycle - pair[0].cycle + late(due, pair[0].cycle));
     Ok(spans.max().unwrap_or(0))
 }
 
@@ -207,10 +205,10 @@ fn waited(trace: &Trace, came: &Came, controller: Controller, start: u64) -> BTr
         of_vector.map(|slice| slice.begin).filter(move |&begin| begin >= start)
     };
     let of_period = [ROUND, TICK].map(|vector| {
-        // It is due once in a period, at the earliest phase at which it was ever accepted.
+        // It is due once in a period, as early as it was ever accepted.
         let begins: Vec<_> = accepted(vector).collect();
-        let due = earliest_phase(begins.iter().copied());
-        let waits = begins.into_iter().map(|begin| since_phase(due, begin));
+        let due = first_due(&begins);
+        let waits = begins.into_iter().map(|begin| late(due, begin));
         (vector, waits.max().unwrap_or(0))
     });
     let of_port = (0..).zip(RECEIVED).map(|(port, vector)| {
@@ -230,10 +228,10 @@ mod tests {
 
     #[test]
     fn the_earliest_phase_may_lie_before_the_end_of_a_millisecond() {
-        let phase = |cycles: &[u64]| earliest_phase(cycles.iter().copied());
+        let phase = |cycles: &[u64]| first_due(cycles) % MILLISECOND;
         assert_eq!(phase(&[16_010, 31_990, 48_030]), 15_990);
         assert_eq!(phase(&[15_990, 32_010]), 15_990);
         assert_eq!(phase(&[100, 16_090, 32_400]), 90);
-        assert_eq!([15_990, 16_010].map(|cycle| since_phase(15_990, cycle)), [0, 20]);
+        assert_eq!([15_990, 16_010].map(|cycle| late(15_990, cycle)), [0, 20]);
     }
 }

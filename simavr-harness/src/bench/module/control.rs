@@ -123,6 +123,12 @@ pub fn jitter(begins: &[u64]) -> u64 {
     runs.filter_map(rhythm).map(|rhythm| rhythm.jitter).max().unwrap_or(0)
 }
 
+/// The offset of each begin from the nearest multiple of a period, counted from the first one, in cycles.
+pub(super) fn offsets(begins: &[u64]) -> impl Iterator<Item = i64> {
+    let since_first = begins.iter().filter_map(|begin| Some(begin - begins.first()?));
+    since_first.map(|begin| begin as i64 - ((begin + PERIOD / 2) / PERIOD * PERIOD) as i64)
+}
+
 /// How well the control keeps time.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Rhythm {
@@ -135,15 +141,7 @@ pub struct Rhythm {
 impl Rhythm {
     /// The rhythm of the periods that began between the cycles `start` and `end`; `None` if none began.
     fn of(begins: &[u64], [start, end]: [u64; 2]) -> Option<Rhythm> {
-        let first = *begins.first()?;
-        // The offset of each begin from the nearest multiple of a period, counted from the first one.
-        let offsets = || {
-            begins.iter().map(|begin| {
-                let nearest = (begin - first + PERIOD / 2) / PERIOD * PERIOD;
-                (begin - first) as i64 - nearest as i64
-            })
-        };
-        let jitter = offsets().max()?.abs_diff(offsets().min()?);
+        let jitter = offsets(begins).max()?.abs_diff(offsets(begins).min()?);
         // Missed periods show in the gaps between begins, and between these and both ends of the watch. The
         // number of begins alone would not do: one that is due just as the watch ends may or may not be among
         // them.

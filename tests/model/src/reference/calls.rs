@@ -131,7 +131,7 @@ impl Reference {
         self.tasks[id].activity = Activity::Enlisted(call);
     }
 
-    /// Blocks the running task, which stands in line, unless its time is up.
+    /// Blocks the running task, which is in the wait queue, unless its time is up.
     pub(super) fn block_enlisted(&mut self, id: TaskId, call: Call) {
         if self.end(id, call).is_some_and(|end| end <= self.now) {
             self.void_line(id);

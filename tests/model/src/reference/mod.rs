@@ -48,7 +48,7 @@ enum Activity {
     Leaving,
     /// In a call that has killed another task, which can be started when this call is over.
     Ending { task: TaskId },
-    /// In this call with a timeout. The task stands in line, and is about to block.
+    /// In this call with a timeout. The task is in the wait queue, and is about to block.
     Enlisted(Call),
     /// It was killed by a call that is not over.
     Dying,
@@ -70,7 +70,7 @@ struct Task {
     /// It is in a wait with a timeout, or on its way into or out of one. It can be killed only while it is
     /// blocked.
     is_proxied: bool,
-    /// The priority with which it stands in line there.
+    /// The priority with which it waits in the queue there.
     line_priority: Priority,
     /// It has a mutex, or has found one taken and waits for it.
     locks: bool,

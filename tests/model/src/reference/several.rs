@@ -22,7 +22,7 @@ pub struct Group {
 struct Member {
     semaphore: usize,
     job: Option<usize>,
-    /// The task's priority when this member joined. The member stands in line with it.
+    /// The task's priority when this member joined. The member waits in the queue with it.
     priority: Priority,
 }
 
@@ -134,7 +134,7 @@ impl Reference {
         self.member(id, member).priority
     }
 
-    /// Whether the member stands in line for a job.
+    /// Whether the member waits in the queue for a job.
     pub(super) fn is_job(&self, id: TaskId, member: usize) -> bool {
         self.member(id, member).job.is_some()
     }
