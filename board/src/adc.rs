@@ -58,9 +58,9 @@ impl Input {
         (self.0 >= Self::MULTIPLEXED).then(|| 1 << (self.0 & 7))
     }
 
-    /// The bit of a dock's current among those that were asked for.
-    fn dock_bit(self) -> Option<u8> {
-        (self.0 >= Self::FIRST_DOCK).then(|| 1 << (self.0 & 3))
+    /// The bit of an input at a pin of its own among those asked for: a dock's current, or any of the joints.
+    fn direct_bit(self) -> u8 {
+        if self.0 >= Self::FIRST_DOCK { 1 << (self.0 & 3) } else { JOINTS }
     }
 }
 
@@ -91,13 +91,18 @@ const TOP: u8 = {
     top as u8
 };
 
+/// The bits of the docks, by place, and of the joints among the direct inputs that were asked for.
+const DOCKS: u8 = 0b111;
+const JOINTS: u8 = 1 << 7;
+
 /// The rounds.
 struct Rounds {
     /// The input that is being converted.
     input: MaskedCell<u8>,
-    /// The docks that are watched, and those that were asked for: a bit for each place.
+    /// The docks that are watched: a bit for each place.
     watched: MaskedCell<u8>,
-    wanted_docks: MaskedCell<u8>,
+    /// The docks that were asked for, likewise, and the bit [`JOINTS`].
+    wanted_direct: MaskedCell<u8>,
     /// The place whose turn was last.
     dock: MaskedCell<u8>,
     /// The highest input of the joints while they are measured.
@@ -117,7 +122,7 @@ struct Rounds {
 static ROUNDS: Rounds = Rounds {
     input: MaskedCell::new(0),
     watched: MaskedCell::new(0),
-    wanted_docks: MaskedCell::new(0),
+    wanted_direct: MaskedCell::new(0),
     dock: MaskedCell::new(0),
     joints: MaskedCell::new(None),
     without_currents: MaskedCell::new(false),
@@ -127,13 +132,6 @@ static ROUNDS: Rounds = Rounds {
     tripped: MaskedCell::new(0),
     trip: MaskedCell::new(None),
 };
-
-impl Rounds {
-    /// Whether the joints are measured in this round only.
-    fn looks_once(masked: &Masked) -> bool {
-        ROUNDS.joints.get(masked).is_some() && ROUNDS.period.get(masked).is_none()
-    }
-}
 
 #[inline(always)]
 fn timer() -> TC2 {
@@ -209,10 +207,11 @@ impl Rhythm {
         });
     }
 
-    /// Measures the inputs up to `highest` in the next round.
+    /// Measures the potentiometers among the inputs up to `highest` in the next round.
     pub fn look(&mut self, context: &mut impl Context, highest: Input) {
         context.mask(|masked| {
             ROUNDS.joints.set(masked, Some(highest.0));
+            ROUNDS.without_currents.set(masked, false); // this round's turn is to leave them out
             go_on(masked);
         });
     }
@@ -227,10 +226,8 @@ impl Analog {
         context.mask(|masked| {
             if let Some(bit) = input.multiplexed_bit() {
                 ROUNDS.wanted.set(masked, ROUNDS.wanted.get(masked) | bit);
-            } else if let Some(bit) = input.dock_bit() {
-                ROUNDS.wanted_docks.set(masked, ROUNDS.wanted_docks.get(masked) | bit);
-            } else if ROUNDS.joints.get(masked).is_none() {
-                ROUNDS.joints.set(masked, Some(Input::LAST_OF_JOINTS)); // for one round
+            } else {
+                ROUNDS.wanted_direct.set(masked, ROUNDS.wanted_direct.get(masked) | input.direct_bit());
             }
             go_on(masked);
         });
@@ -242,10 +239,8 @@ impl Analog {
         context.mask(|masked| {
             let is_awaited = if let Some(bit) = input.multiplexed_bit() {
                 ROUNDS.wanted.get(masked) & bit != 0
-            } else if let Some(bit) = input.dock_bit() {
-                ROUNDS.wanted_docks.get(masked) & bit != 0
             } else {
-                Rounds::looks_once(masked)
+                ROUNDS.wanted_direct.get(masked) & input.direct_bit() != 0
             };
             (!is_awaited).then(|| reading(masked, input))
         })
@@ -297,7 +292,7 @@ fn switch_off() {
 /// Begins the conversion of the next dock's current, or else of the joints' inputs. Returns whether there was
 /// any.
 fn convert_rest(masked: &Masked) -> bool {
-    let docks = ROUNDS.watched.get(masked) | ROUNDS.wanted_docks.get(masked);
+    let docks = (ROUNDS.watched.get(masked) | ROUNDS.wanted_direct.get(masked)) & DOCKS;
     if docks == 0 {
         return convert_joints(masked);
     }
@@ -316,12 +311,17 @@ fn convert_rest(masked: &Masked) -> bool {
 /// Begins the conversion of the joints' inputs, or else switches the converter off: the chain has ended.
 /// Returns whether there were any.
 fn convert_joints(masked: &Masked) -> bool {
-    let Some(highest) = ROUNDS.joints.get(masked) else {
-        switch_off();
-        return false;
+    let are_wanted = ROUNDS.wanted_direct.get(masked) & JOINTS != 0;
+    let highest = match ROUNDS.joints.get(masked) {
+        Some(highest) => highest,
+        None if are_wanted => Input::LAST_OF_JOINTS,
+        None => {
+            switch_off();
+            return false;
+        }
     };
-    // A single look needs all inputs.
-    let leaves_out = !ROUNDS.without_currents.get(masked) && !Rounds::looks_once(masked);
+    // Currents are measured in every second round, and on request.
+    let leaves_out = !ROUNDS.without_currents.get(masked) && !are_wanted;
     ROUNDS.without_currents.set(masked, leaves_out);
     convert(masked, if leaves_out { highest & !1 } else { highest });
     true
@@ -387,7 +387,10 @@ pub fn conversion_complete(masked: &Masked) {
         convert(masked, if ROUNDS.without_currents.get(masked) { next & !1 } else { next });
     } else {
         switch_off();
-        if Rounds::looks_once(masked) {
+        if !ROUNDS.without_currents.get(masked) {
+            ROUNDS.wanted_direct.set(masked, ROUNDS.wanted_direct.get(masked) & !JOINTS);
+        }
+        if ROUNDS.period.get(masked).is_none() {
             ROUNDS.joints.set(masked, None);
         }
     }
@@ -417,7 +420,7 @@ pub fn other_conversion_complete(serving: &mut Serving) {
         }
         convert_joints(masked);
         let place = input & 3;
-        ROUNDS.wanted_docks.set(masked, ROUNDS.wanted_docks.get(masked) & !(1 << place));
+        ROUNDS.wanted_direct.set(masked, ROUNDS.wanted_direct.get(masked) & !(1 << place));
         if reading.abs_diff(DOCK_CURRENT_AT_REST) < DOCK_CURRENT_LIMIT {
             return None;
         }

@@ -172,6 +172,11 @@ impl Schedule {
         self.urgent_probes = URGENT_PROBES | self.urgent_probes & 1;
     }
 
+    /// Whether any probes are urgent.
+    pub fn is_urgent(&self) -> bool {
+        self.urgent_probes > 0
+    }
+
     /// Probes of `docks` are urgent no longer: there this module listens.
     pub fn calm(&mut self, docks: DockSet) {
         self.urgent = self.urgent.without(docks);

@@ -251,10 +251,11 @@ impl Topology {
     /// [`UNKNOWN_FOR`] of a link.
     pub fn expire(&mut self, now: u16) -> DockSet {
         let mut lost = DockSet::EMPTY;
-        for dock in (0..6).filter_map(Dock::from_index) {
-            let Some(link) = self.link_mut(dock) else { continue };
+        for (index, link) in (0..).zip(&mut self.links) {
             if link.is_lost(now) {
-                if link.hears_us {
+                if link.hears_us
+                    && let Some(dock) = Dock::from_index(index)
+                {
                     lost.insert(dock);
                 }
                 *link = Link::SILENT;
@@ -310,8 +311,10 @@ impl Topology {
     #[inline(always)]
     fn docks_where(&self, is_one: impl Fn(&Link) -> bool) -> DockSet {
         let mut docks = DockSet::EMPTY;
-        for dock in (0..6).filter_map(Dock::from_index) {
-            if self.link(dock).is_some_and(&is_one) {
+        for (index, link) in (0..).zip(&self.links) {
+            if is_one(link)
+                && let Some(dock) = Dock::from_index(index)
+            {
                 docks.insert(dock);
             }
         }

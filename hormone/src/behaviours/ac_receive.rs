@@ -51,7 +51,9 @@ impl AdaptiveCommunication {
         self.is_news = false;
         self.schedule.hurry(lost);
         let hurries = self.schedule.set_quick(self.topology.lossy(now), now) | !lost.is_empty();
-        self.schedule.calm(self.topology.silent(now));
+        if self.schedule.is_urgent() {
+            self.schedule.calm(self.topology.silent(now));
+        }
         if hurries {
             self.probe_at = now;
         }

@@ -251,6 +251,7 @@ fn rounds_measure_what_is_asked_for() {
     let expected =
         [1023, 7, 700, 513, 1023, 1, 2, 300, 400, 500, 600, 700, 1000].into_iter().flat_map(u16::to_le_bytes);
     assert_eq!(values(mcu.markers()), expected.chain([0x71]).collect::<Vec<_>>());
+    mcu.run_to_marker(0x74, 10 * MILLISECOND).expect("no reading is older than the request for it");
     mcu.run_to_marker(0x73, 400 * MILLISECOND).expect("no reading is taken for another's");
     assert!(mcu.pin(POWER_SWITCH));
     // Currents at the limit of what a dock may carry, in either direction.

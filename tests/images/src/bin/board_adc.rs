@@ -3,9 +3,10 @@
 //!
 //! Marks, each reading as two bytes, the low one first: the potentiometer of the roll joint, which is
 //! measured first; both potentiometers, each after the current of its motor; then the multiplexer's inputs 0
-//! to 7 in turn; 0x71 once the third round was posted as a period; 0x73 when interrupts were held up at each
-//! moment of a round, and no reading was taken for that of another input; 0x72 when the power switch of the
-//! first dock was opened because of its current; 0x7f for anything wrong.
+//! to 7 in turn; 0x71 once the third round was posted as a period; 0x74 when a reading that was asked for
+//! while rounds began or ended was one from after the request; 0x73 when interrupts were held up at each moment
+//! of a round, and no reading was taken for that of another input; 0x72 when the power switch of the first dock
+//! was opened because of its current; 0x7f for anything wrong.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
@@ -56,6 +57,19 @@ fn are_kept_apart(task: &mut Task, analog: &mut Analog) -> bool {
     })
 }
 
+/// Whether a reading that is asked for as the joints' rounds begin is awaited, also beyond their end, and
+/// comes.
+fn is_awaited_across(task: &mut Task, rhythm: &mut Rhythm, analog: &mut Analog) -> bool {
+    rhythm.begin(task, &PERIOD, ROLL_CURRENT);
+    analog.look(task, JOINT_CURRENT);
+    let is_awaited = analog.seen(task, JOINT_CURRENT).is_none();
+    rhythm.end(task);
+    is_awaited && analog.seen(task, JOINT_CURRENT).is_none() && {
+        task.delay(3);
+        analog.seen(task, JOINT_CURRENT).is_some()
+    }
+}
+
 fn pass(turns: u16) {
     (0..turns).for_each(|turn| _ = black_box(turn));
 }
@@ -83,6 +97,7 @@ fn exercise(task: &mut Task, rhythm: &mut Rhythm, analog: &mut Analog) {
         mark_reading(reading);
     }
     mark(0x71);
+    mark(if is_awaited_across(task, rhythm, analog) { 0x74 } else { 0x7f });
     PowerPort::set_output(power_switch(0), true);
     analog.watch(task, 0, true);
     rhythm.begin(task, &PERIOD, ROLL_CURRENT);
