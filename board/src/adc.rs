@@ -310,6 +310,7 @@ fn convert_rest(masked: &Masked) -> bool {
 
 /// Begins the conversion of the joints' inputs, or else switches the converter off: the chain has ended.
 /// Returns whether there were any.
+#[inline(always)] // as a call it makes the software interrupt save more registers
 fn convert_joints(masked: &Masked) -> bool {
     let are_wanted = ROUNDS.wanted_direct.get(masked) & JOINTS != 0;
     let highest = match ROUNDS.joints.get(masked) {
