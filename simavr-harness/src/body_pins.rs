@@ -5,7 +5,7 @@ use tasks::dock::{Dock, DockSet};
 use tasks::superbot::{MASTER, SLAVE};
 
 use crate::Controller;
-use crate::joint_pins::{ICR1, JOINTS, JointWiring, PORTC, TCCR1A, TCCR1B};
+use crate::joint_pins::{ICR1, JOINTS, JointWiring, PORTB, PORTC, TCCR1A, TCCR1B};
 use crate::mcu::Mcu;
 use crate::part::Pin;
 use crate::repair::adc::Multiplexer;
@@ -27,11 +27,10 @@ const MULTIPLEXER: Multiplexer = Multiplexer {
 const TCNT1H: u16 = 0x4d;
 const TCNT1L: u16 = 0x4c;
 const PORTD: u16 = 0x32;
-const PORTB: u16 = 0x38;
 
-/// Timer1's registers except ICR1, and port C. Only the body follows these, so simavr need not: it would
-/// count each pulse of the motors, 20,000 a second, and signal the level of each pin.
-const FOLLOWED: [u16; 11] = [PORTC, 0x48, 0x49, 0x4a, 0x4b, TCNT1L, TCNT1H, TCCR1B, TCCR1A, 0x78, 0x79];
+/// Registers of Timer1, and port C. Only the body follows these and the compare registers, so simavr need
+/// not: it would count each pulse of the motors, 20,000 a second, and signal the level of each pin.
+const FOLLOWED: [u16; 5] = [PORTC, TCNT1L, TCNT1H, TCCR1B, TCCR1A];
 
 /// The docks of each half, by their places.
 const DOCKS: [(Controller, [Dock; 3]); 2] =
@@ -49,6 +48,7 @@ impl BodyPins {
         for mcu in &mut *mcus {
             mcu.set_analog(|analog| analog.multiplexer = Some(MULTIPLEXER));
             mcu.make_plain(&FOLLOWED);
+            mcu.keep_compare_registers();
         }
         self.show(body, mcus);
     }
@@ -132,19 +132,27 @@ fn drives(mcus: &[Mcu; 2]) -> Drives {
     drives
 }
 
-/// Whether a pin of this port is driven high. Its bit in PORTx tells, since no input of these ports has a
-/// pull-up.
+/// Whether a pin of this port is driven high, by PORTx and DDRx. A pull-up does not drive: the board's
+/// pull-downs are stronger.
 fn is_high(mcu: &Mcu, port: u16, bit: u8) -> bool {
-    mcu.read(port).is_some_and(|levels| levels & 1 << bit != 0)
+    let levels = mcu.read(port).unwrap_or(0);
+    is_output(mcu, port, bit) && levels & 1 << bit != 0
+}
+
+fn is_output(mcu: &Mcu, port: u16, bit: u8) -> bool {
+    mcu.read(port - 1).is_some_and(|outputs| outputs & 1 << bit != 0) // DDRx lies before PORTx
 }
 
 /// The duty of a joint's motor, -1 to 1.
 fn duty(mcu: &Mcu, wiring: &JointWiring) -> f64 {
     let byte = |address| mcu.read(address).unwrap_or(0);
     let word = |address| f64::from(u16::from_le_bytes([byte(address), byte(address + 1)]));
-    if byte(TCCR1A) & wiring.connected == 0 {
+    if byte(TCCR1A) & wiring.connected == 0 || !is_output(mcu, PORTB, wiring.pin) {
         return 0.0;
     }
     let duty = word(wiring.compare) / word(ICR1).max(1.0);
     if is_high(mcu, PORTC, wiring.direction) { duty } else { -duty }
 }
+
+#[cfg(test)]
+mod tests;

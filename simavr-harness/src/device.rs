@@ -51,15 +51,21 @@ impl<D: Device> Attached<D> {
     /// Takes over the writes to `writes` and the reads of `reads`.
     pub fn new(cpu: Cpu, device: D, writes: &[u16], reads: &[u16]) -> Self {
         let slot = NonNull::from(Box::leak(Box::new(Slot { device, armed: None })));
-        for &address in writes {
-            // SAFETY: the slot outlives the instance's last run: both belong to one `Mcu`.
-            unsafe { set_write(cpu, address, Some(write::<D>), slot.as_ptr().cast()) };
-        }
         for &address in reads {
             // SAFETY: the slot outlives the instance's last run: both belong to one `Mcu`.
             unsafe { set_read(cpu, address, Some(read::<D>), slot.as_ptr().cast()) };
         }
-        Self(slot)
+        let attached = Self(slot);
+        attached.take_writes(cpu, writes);
+        attached
+    }
+
+    /// Takes over the writes to more registers.
+    pub fn take_writes(&self, cpu: Cpu, writes: &[u16]) {
+        for &address in writes {
+            // SAFETY: the slot outlives the instance's last run: both belong to one `Mcu`.
+            unsafe { set_write(cpu, address, Some(write::<D>), self.0.as_ptr().cast()) };
+        }
     }
 
     /// Signals the levels of a pin to the device from now on.

@@ -58,7 +58,7 @@ pub struct Mcu {
     spm_waits: bool,
     timer3: Option<Attached<Timer3>>,
     // Held for simavr, which calls into them.
-    _timer1: Option<Attached<Timer1>>,
+    timer1: Option<Attached<Timer1>>,
     _wrapped: WrappedWrites,
     /// Serial ports at pins rather than USARTs.
     serial_pins: Vec<Attached<PinSerial>>,
@@ -151,7 +151,7 @@ impl Mcu {
             spm: spm.transpose()?,
             spm_waits: false,
             timer3: timer3.transpose()?,
-            _timer1: part.timer1.as_ref().map(|registers| timer1::attach(cpu, registers)),
+            timer1: part.timer1.as_ref().map(|registers| timer1::attach(cpu, registers)),
             cpu,
             image,
             _wrapped: wrapped,
@@ -389,6 +389,13 @@ impl Mcu {
     /// Makes registers plain memory: what the program writes there has no effect in simavr.
     pub(crate) fn make_plain(&mut self, registers: &[u16]) {
         make_plain(self.cpu, registers);
+    }
+
+    /// Keeps what the program writes to Timer1's compare registers, with no effect in simavr.
+    pub(crate) fn keep_compare_registers(&mut self) {
+        if let Some(timer1) = &self.timer1 {
+            timer1::keep_compare_registers(self.cpu, timer1);
+        }
     }
 
     /// Watches a pin from now on. Probes are numbered from 0.

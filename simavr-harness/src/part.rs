@@ -90,13 +90,15 @@ pub(crate) struct SpmRegisters {
     pub ready: u8,
 }
 
-/// The registers of Timer1 that decide whether ICR1 can be written.
+/// The registers of Timer1 of which the harness corrects the writes, and those that decide on them.
 #[derive(Debug)]
 pub(crate) struct Timer1Registers {
     pub icrl: u16,
     pub icrh: u16,
     pub tccra: u16,
     pub tccrb: u16,
+    /// The low bytes of the compare registers. The high bytes follow them.
+    pub compare: [u16; 3],
 }
 
 /// The harness has no register map of a part.
@@ -151,7 +153,13 @@ impl Part {
         },
         adc: Some(AdcRegisters { adcl: 0x24, adch: 0x25, adcsra: 0x26, admux: 0x27, complete: 21 }),
         spm: Some(SpmRegisters { spmcsr: 0x68, ready: 34 }),
-        timer1: Some(Timer1Registers { icrl: 0x46, icrh: 0x47, tccra: 0x4f, tccrb: 0x4e }),
+        timer1: Some(Timer1Registers {
+            icrl: 0x46,
+            icrh: 0x47,
+            tccra: 0x4f,
+            tccrb: 0x4e,
+            compare: [0x4a, 0x48, 0x78],
+        }),
         timer3: Some(25),
     };
 

@@ -1,8 +1,12 @@
 //! ICR1 can be written only in a mode of Timer1 that counts up to it (chapter "16-bit Timer/Counter", "Input
 //! Capture Register"). simavr takes every write.
+//!
+//! The high byte of a 16-bit register waits in the timer for the low byte (section "Accessing 16-bit
+//! Registers"). Where the [body](crate::body_pins) follows the compare registers in simavr's place, they are
+//! kept that way: otherwise the body would follow a value of which one byte is new and the other is old.
 
 use crate::cpu::Cpu;
-use crate::device::{Attached, Device};
+use crate::device::{Attached, Device, make_plain};
 use crate::part::Timer1Registers;
 
 /// Bits of TCCR1A and of TCCR1B. The modes with WGM13 set and WGM10 clear count up to ICR1.
@@ -11,7 +15,7 @@ const WGM13: u8 = 0x10;
 
 pub(crate) struct Timer1 {
     registers: &'static Timer1Registers,
-    /// The high byte on its way to ICR1.
+    /// The high byte on its way to a 16-bit register.
     high: u8,
 }
 
@@ -20,14 +24,23 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static Timer1Registers) -> Attached<
     Attached::new(cpu, Timer1 { registers, high: 0 }, &[icrl, icrh], &[])
 }
 
+/// Makes the compare registers the harness's, with no effect in simavr.
+pub(crate) fn keep_compare_registers(cpu: Cpu, timer: &Attached<Timer1>) {
+    for low in timer.get().registers.compare {
+        make_plain(cpu, &[low, low + 1]);
+        timer.take_writes(cpu, &[low, low + 1]);
+    }
+}
+
 impl Device for Timer1 {
     fn write(&mut self, cpu: Cpu, address: u16, value: u8) {
-        let &Timer1Registers { icrl, icrh, tccra, tccrb } = self.registers;
-        if address == icrh {
+        let &Timer1Registers { icrl, icrh, tccra, tccrb, compare } = self.registers;
+        let counts_to_icr = cpu.data(tccrb) & WGM13 != 0 && cpu.data(tccra) & WGM10 == 0;
+        if address == icrh || compare.contains(&(address - 1)) {
             self.high = value;
-        } else if cpu.data(tccrb) & WGM13 != 0 && cpu.data(tccra) & WGM10 == 0 {
-            cpu.set_data(icrl, value);
-            cpu.set_data(icrh, self.high);
+        } else if address != icrl || counts_to_icr {
+            cpu.set_data(address, value);
+            cpu.set_data(address + 1, self.high);
         }
     }
 }

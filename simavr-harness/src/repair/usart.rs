@@ -5,6 +5,9 @@
 //! Bytes come and go as [`Character`]s with the cycles of their frame, so that the code that joins two
 //! USARTs can deliver a byte at the end of its frame. That code also decides whether a module hears its own
 //! transmission.
+//!
+//! Simplified: an overrun sets DOR at the end of the frame that is too many, not at its start bit. Until then
+//! a read of UDR still prevents the overrun. No character that comes in has a framing error.
 
 use std::collections::VecDeque;
 
