@@ -7,8 +7,11 @@
 //! hormones by way of them; no others. These have one Period and the time of discovery to come right again, a
 //! few milliseconds for each module between them and the leader, and in a ring the time of an election. Where
 //! frames are lost, discovery, hops and election have as many times that as a frame and its ACK take tries.
+//! Modules that may have to follow hormones by another way than before have time for that.
 //! Another change before they are right prolongs the time, to three times the longest of these at most.
 //! Whatever is wrong shows how long recovery took, and is a violation if it comes later than that.
+
+use std::mem::replace;
 
 use hormone::action::Action;
 use hormone::case::Source;
@@ -16,11 +19,11 @@ use hormone::event::Event;
 use hormone::gait::GaitName;
 use hormone::period::Period;
 use hormone::sense::Sense;
-use tasks::dock::Dock;
+use tasks::dock::{Dock, DockSet};
 
 use crate::native::devices::value;
 use crate::orders::Orders;
-use crate::reach::{concerned, hops};
+use crate::reach::{concerned, hops, ways};
 use crate::robot::Robot;
 use crate::trace_event::TraceEvent;
 use crate::walker::{DISCOVERY, HOP, Tally, Violation, Walker, Wrong};
@@ -33,6 +36,8 @@ pub struct Gait {
     orders: Orders,
     /// The wiring as far as modules can find it out.
     wiring: Wiring,
+    /// By module, the docks by which hormones come to it.
+    ways: Vec<DockSet>,
     walkers: Vec<Walker>,
     /// By module, which walker it is.
     walker_of: Vec<Option<usize>>,
@@ -57,6 +62,7 @@ impl Gait {
             period,
             orders: Orders::new(wiring.modules()),
             wiring: wiring.clone(),
+            ways: vec![DockSet::EMPTY; wiring.modules()],
             walkers: Vec::new(),
             walker_of: vec![None; wiring.modules()],
             halted: vec![None; wiring.modules()],
@@ -192,6 +198,7 @@ impl Gait {
             let shall_stop = self.orders.gait(module).is_none() && self.wiring.has_power(module);
             *halted = shall_stop.then_some(until);
         }
+        let choose = self.choose_ways(now);
         for (module, hops) in hops(&self.wiring, &self.orders).into_iter().enumerate() {
             let (Some(hops), Some(gait)) = (hops, self.orders.gait(module)) else { continue };
             let neighbours = self.wiring.neighbours(module);
@@ -202,6 +209,7 @@ impl Gait {
                 None => Walker::new(module, &neighbours, gait, hops),
             };
             if is_new || disturbed[module] {
+                walker.may_choose |= choose[module];
                 walker.disturbed(now, self.tries);
             }
             self.walker_of[module] = Some(self.walkers.len());
@@ -213,6 +221,16 @@ impl Gait {
             let is_leg = |number: &usize| self.walkers[*number].is_leg();
             self.walkers[walker].other = other.filter(|other| is_leg(&walker) && is_leg(other));
         }
+    }
+
+    /// By module, whether it may have to follow hormones that come another way than before: by another dock,
+    /// or by way of a module to which they do. At power-up it follows none.
+    fn choose_ways(&mut self, now: u64) -> Vec<bool> {
+        let before = replace(&mut self.ways, ways(&self.wiring, &self.orders));
+        let has_choice =
+            |module: &usize| now > 0 && before[*module].union(self.ways[*module]).iter().count() > 1;
+        let choosing: Vec<usize> = (0..before.len()).filter(has_choice).collect();
+        concerned(&self.wiring, &self.orders, &choosing)
     }
 
     /// The robot lies turned about its long axis from now on.

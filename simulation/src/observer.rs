@@ -154,6 +154,7 @@ impl Observer {
     fn follow(&mut self, event: &Event) {
         let &Event { at, ref change } = event;
         self.reshape(at);
+        let before = matches!(change, Change::Swap(..)).then(|| self.wiring.clone());
         // A change that the robot made itself was possible.
         let _ = change.apply(&mut self.wiring);
         if let Some(recorder) = &mut self.recorder {
@@ -176,13 +177,15 @@ impl Observer {
             self.hops.disturb_lines(are_noisy, at);
         }
         let audible = self.audible();
-        let reset = match *change {
+        let touched = match *change {
             Change::Reset { module, .. } => audible.peers(module).chain([module]).collect(),
-            _ => Vec::new(),
+            // A module that comes to a dock that is blind in one direction says for a moment that it hears the
+            // neighbour that it had before.
+            _ => before.map_or_else(Vec::new, |before| before.differences(&self.wiring)),
         };
-        if !reset.is_empty() || audible != self.audible {
+        if !touched.is_empty() || audible != self.audible {
             self.discovery.rewired(&audible, at);
-            let concerned = self.gait.disturbed(&audible, &reset, at);
+            let concerned = self.gait.disturbed(&audible, &touched, at);
             self.hops.disturbed(&concerned, at);
             self.audible = audible;
         }

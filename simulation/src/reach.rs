@@ -39,14 +39,45 @@ pub fn concerned(wiring: &Wiring, orders: &Orders, touched: &[usize]) -> Vec<boo
     concerned
 }
 
-/// The modules to which a module sends hormones on: by the docks that its rules name or, if it has no type,
-/// by all.
+/// By module, the docks by which hormones come to it by the rules.
+pub fn ways(wiring: &Wiring, orders: &Orders) -> Vec<DockSet> {
+    let gait = |module: usize| orders.gait(module);
+    let is_leader =
+        |module: usize| gait(module).is_some_and(|gait| leads(wiring, module, gait.leader).is_some());
+    let leaders: Vec<bool> = (0..wiring.modules()).map(is_leader).collect();
+    let mut ways = vec![DockSet::EMPTY; wiring.modules()];
+    let of_leader = |module: usize| leaders[module].then_some((module, None));
+    let mut next: Vec<(usize, Option<Dock>)> = (0..wiring.modules()).filter_map(of_leader).collect();
+    while let Some((module, source)) = next.pop() {
+        for (dock, peer) in faces_behind(wiring, orders, module) {
+            // No hormone goes back to where it came from, and a leader follows none.
+            let is_followed = Some(dock) != source && !leaders[peer.module];
+            if is_followed && !ways[peer.module].contains(peer.dock) {
+                ways[peer.module].insert(peer.dock);
+                next.push((peer.module, Some(peer.dock)));
+            }
+        }
+    }
+    ways
+}
+
+/// The modules to which a module sends hormones on.
 fn behind<'a>(wiring: &'a Wiring, orders: &Orders, module: usize) -> impl Iterator<Item = usize> + 'a {
+    faces_behind(wiring, orders, module).map(|(_, peer)| peer.module)
+}
+
+/// The docks by which a module sends hormones on, those that its rules name or, if it has no type, all; and
+/// where hormones come in there.
+fn faces_behind<'a>(
+    wiring: &'a Wiring,
+    orders: &Orders,
+    module: usize,
+) -> impl Iterator<Item = (Dock, Face)> + 'a {
     let ways = match (acting(wiring, module), orders.gait(module)) {
         (_, None) => DockSet::EMPTY,
         (ModuleType::Other, _) => DockSet::of(&Dock::ALL),
         (module_type, Some(gait)) => gait.ways(module_type),
     };
-    let faces = Dock::ALL.into_iter().filter(move |&dock| ways.contains(dock));
-    faces.filter_map(move |dock| Some(wiring.peer(Face { module, dock })?.module))
+    let docks = Dock::ALL.into_iter().filter(move |&dock| ways.contains(dock));
+    docks.filter_map(move |dock| Some((dock, wiring.peer(Face { module, dock })?)))
 }

@@ -26,6 +26,10 @@ pub const HOP: u64 = 5 * MILLISECOND;
 /// How long a ring may take to elect a leader.
 const ELECTION: u64 = 5_000 * MILLISECOND;
 
+/// How many beats pass at most until a module follows hormones that come another way than before: the module
+/// before it makes good eight beats whose leader is gone, and then three are silent.
+const CHOICE: u64 = 8 + 3;
+
 /// Changes that come before a module is right again give it more time: in all, so many times the longest that
 /// one of them gives.
 const MOST_PATIENCE: u64 = 3;
@@ -114,6 +118,8 @@ pub struct Walker {
     pub acts: bool,
     /// Hops from the leader.
     hops: u64,
+    /// Whether it may have to follow hormones that come another way than when it was last right.
+    pub may_choose: bool,
     /// The other leg of its branch, by its place among the walkers.
     pub other: Option<usize>,
     /// The last change that concerned it.
@@ -153,6 +159,7 @@ impl Walker {
             source: None,
             acts: rules().next().is_some(),
             hops,
+            may_choose: false,
             other: None,
             disturbed_at: 0,
             unsettled: None,
@@ -174,7 +181,8 @@ impl Walker {
         let is_same = changed.senses.iter().map(|sensed| sensed.sense).eq(self.senses());
         let Walker { module_type, connected, acts, senses, .. } = changed;
         let senses = if is_same { self.senses } else { senses };
-        Walker { module_type, connected, gait, acts, hops, senses, ..self }
+        let may_choose = self.may_choose && self.unsettled.is_some();
+        Walker { module_type, connected, gait, acts, hops, may_choose, senses, ..self }
     }
 
     pub fn is_leg(&self) -> bool {
@@ -197,7 +205,8 @@ impl Walker {
     /// How long it may take to be right after a change, where a frame and its ACK take so many tries.
     fn patience(&self, tries: f64) -> u64 {
         let election = if self.gait.leader == Leader::Elected { ELECTION } else { 0 };
-        self.period() + ((DISCOVERY + election + self.hops * HOP) as f64 * tries) as u64
+        let choice = if self.may_choose { CHOICE * self.beat() } else { 0 };
+        self.period() + choice + ((DISCOVERY + election + self.hops * HOP) as f64 * tries) as u64
     }
 
     /// A change that concerns it has happened.

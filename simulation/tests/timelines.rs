@@ -1,0 +1,186 @@
+//! Random robots go through random timelines: the judges find no fault with modules that do what they should.
+
+use simulation::{Face, MILLISECOND, Native, Random, Run, Scenario, Wiring, faults};
+use tasks::dock::Dock;
+
+const SECOND: u64 = 1000 * MILLISECOND;
+
+/// The faults of the robot in a file after so many seconds.
+fn verdict(file: &str, seed: u64, seconds: u64) -> Vec<String> {
+    let Scenario { wiring, timeline, .. } = Scenario::from_toml(file).expect("the file is right");
+    let mut run = Run::new(Native::new(wiring, seed, 40 * MILLISECOND), timeline, SECOND);
+    while run.step(seconds * SECOND).unwrap_or(true) {}
+    // A robot that docks by itself may have no room for an event.
+    run.impossible.clear();
+    faults(&run, true)
+}
+
+/// A robot file: the robot, and what happens to it at these times, in ms.
+fn file(robot: &str, events: &[(usize, String)]) -> String {
+    let event = |(at, what): &(usize, String)| format!("[[event]]\nat = {}\n{what}\n", *at as f64 / 1000.0);
+    robot.to_owned() + &events.iter().map(event).collect::<String>()
+}
+
+fn dock(random: &mut Random) -> Dock {
+    Dock::ALL[random.below(6)]
+}
+
+/// A known shape, or modules that are joined anyhow.
+fn robot(random: &mut Random) -> String {
+    let modules = 3 + random.below(9);
+    match random.below(6) {
+        0 => format!("shape = \"chain\"\nmodules = {modules}\n"),
+        1 => format!("shape = \"centipede\"\nmodules = {}\n", 8 + modules),
+        2 => format!("shape = \"ring\"\nmodules = {modules}\n"),
+        3 => format!("shape = \"cross\"\nmodules = {}\n", 8 + modules),
+        _ => joined_anyhow(random, modules),
+    }
+}
+
+/// A tree with up to two loops.
+fn joined_anyhow(random: &mut Random, modules: usize) -> String {
+    let mut wiring = Wiring::new(modules);
+    for module in 1..modules {
+        loop {
+            let face = Face { module: random.below(module), dock: dock(random) };
+            let own = Face { module, dock: [Dock::Front, Dock::Back][random.below(2)] };
+            if wiring.attach(face, own).is_ok() {
+                break;
+            }
+        }
+    }
+    for _ in 0..random.below(3) {
+        let mut face = || Face { module: random.below(modules), dock: dock(random) };
+        // One that can't be joined is left out.
+        let _ = wiring.attach(face(), face());
+    }
+    let docks = wiring.attachments().map(|(one, other)| [one.to_string(), other.to_string()]);
+    format!("modules = {modules}\ndocks = {:?}\n", docks.collect::<Vec<_>>())
+}
+
+/// Something that may happen to a robot of so many modules; it may be impossible.
+fn change(random: &mut Random, modules: usize) -> String {
+    let (module, other) = (random.below(modules), random.below(modules));
+    let face = format!("{module}.{:?}", dock(random));
+    match random.below(11) {
+        0 => format!("attach = [\"{face}\", \"{other}.{:?}\"]", dock(random)),
+        1 => format!("detach = \"{face}\""),
+        2 => format!("swap = [{module}, {other}]"),
+        3 => format!("reset = {module}\nmcu = \"{}\"", ["master", "slave", "both"][random.below(3)]),
+        4 => format!("kill = {module}"),
+        5 => format!("loss = {}", [0.0, 0.1, 0.3, 0.5][random.below(4)]),
+        6 => format!("noise = {}", [0.0, 0.01, 0.03][random.below(3)]),
+        7 => format!("loss = {}\nfrom = \"{face}\"", [0, 1, 1][random.below(3)]),
+        8 => format!("{} = \"{face}\"", ["obstacle", "clear"][random.below(2)]),
+        9 => format!("roll = {}", [0, 90, 180, -120][random.below(4)]),
+        _ => {
+            let (gait, period) = (random.below(11), [255, 255, 10, 20, 40][random.below(5)]);
+            format!("command = [{}, {}, {period}]\nto = \"{face}\"", 0xd0 + gait, random.below(256))
+        }
+    }
+}
+
+/// A random robot file, and how many seconds it takes.
+fn plan(seed: u64) -> (String, u64) {
+    let mut random = Random::new(seed);
+    let robot = robot(&mut random);
+    let modules = Scenario::from_toml(&robot).expect("the robot is right").wiring.modules();
+    let (mut at, mut events) = (1000 + random.below(5000), Vec::new());
+    let wanted = 1 + random.below(6);
+    for _ in 0..200 {
+        events.push((at, change(&mut random, modules)));
+        if Scenario::from_toml(&file(&robot, &events)).is_err() {
+            events.pop();
+        } else {
+            at += if random.chance(0.3) { random.below(60) } else { random.below(9000) };
+        }
+        if events.len() == wanted {
+            break;
+        }
+    }
+    (file(&robot, &events), at as u64 / 1000 + 20)
+}
+
+/// The robot may have no head, or may not hear an order: that is the file's.
+fn is_of_file(fault: &str) -> bool {
+    let starts = ["nobody leads", "nobody heard", "no hormone was delivered", "no module has power"];
+    starts.iter().any(|start| fault.starts_with(start))
+}
+
+/// `SUPERBOT_TIMELINES=FROM..TO` tries other seeds.
+#[test]
+fn random_timelines_have_no_fault() {
+    let range = std::env::var("SUPERBOT_TIMELINES").unwrap_or("100..160".into());
+    let (from, to) = range.split_once("..").expect("FROM..TO");
+    let number = |text: &str| text.parse::<u64>().expect("a number");
+    let mut found = Vec::new();
+    for seed in number(from)..number(to) {
+        let (file, seconds) = plan(seed);
+        let mut faults = verdict(&file, seed, seconds);
+        faults.retain(|fault| !is_of_file(fault));
+        if !faults.is_empty() {
+            found.push(format!("seed {seed}, {seconds} s: {faults:?}\n{file}"));
+        }
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+/// Where hormones came by one way and then come by another, a module waits: the one before it makes good
+/// eight beats whose leader is gone, and then three are silent.
+#[test]
+fn a_module_has_time_to_follow_hormones_that_come_another_way() {
+    for (robot, at, event, seed, seconds) in [
+        ("shape = \"cross\"\nmodules = 17", 14.583, "kill = 0", 87, 25),
+        ("shape = \"cross\"\nmodules = 11", 5.529, "kill = 8", 93, 16),
+        ("shape = \"cross\"\nmodules = 11", 4.654, "detach = \"7.Back\"", 1295, 15),
+        ("shape = \"cross\"\nmodules = 17", 4.677, "loss = 1\nfrom = \"4.Front\"", 1927, 15),
+        ("shape = \"cross\"\nmodules = 19", 2.45, "kill = 7", 2069, 13),
+        (
+            "modules = 7\ndocks = [[\"0.Left\", \"1.Front\"], [\"0.Down\", \"2.Back\"], \
+             [\"1.Left\", \"4.Back\"], [\"2.Front\", \"3.Up\"], [\"2.Right\", \"3.Back\"], \
+             [\"3.Front\", \"5.Back\"], [\"4.Front\", \"6.Back\"]]",
+            3.668,
+            "swap = [4, 3]\n[[event]]\nat = 14.323\nkill = 4",
+            1293,
+            25,
+        ),
+        // Another module comes to the dock that hormones came by, and stays their way for a while.
+        (
+            "modules = 6\ndocks = [[\"0.Back\", \"1.Back\"], [\"1.Left\", \"2.Back\"], \
+             [\"2.Front\", \"3.Back\"], [\"2.Left\", \"4.Down\"], [\"2.Down\", \"5.Front\"], \
+             [\"3.Left\", \"4.Back\"]]",
+            3.697,
+            "swap = [1, 0]",
+            1994,
+            14,
+        ),
+        (
+            "modules = 9\ndocks = [[\"0.Front\", \"1.Back\"], [\"0.Back\", \"5.Back\"], \
+             [\"0.Right\", \"2.Back\"], [\"1.Down\", \"3.Front\"], [\"2.Right\", \"7.Front\"], \
+             [\"3.Right\", \"4.Back\"], [\"4.Up\", \"6.Back\"], [\"5.Left\", \"8.Front\"]]",
+            2.187,
+            "swap = [2, 0]",
+            8199,
+            12,
+        ),
+    ] {
+        let file = format!("{robot}\n[[event]]\nat = {at}\n{event}\n");
+        assert_eq!(verdict(&file, seed, seconds), [""; 0], "{file}");
+    }
+}
+
+/// For 300 ms a module that comes there says that it hears its neighbour of before.
+#[test]
+fn a_module_may_come_to_a_dock_that_is_heard_in_one_direction_only() {
+    for (robot, blind, at, pair, seed, seconds) in [
+        ("shape = \"ring\"\nmodules = 8", (1.295, "3.Front"), 2.455, [1, 2], 8686, 14),
+        ("shape = \"cross\"\nmodules = 11", (4.878, "5.Back"), 19.48, [1, 4], 5578, 30),
+    ] {
+        let (blind_at, from) = blind;
+        let file = format!(
+            "{robot}\n[[event]]\nat = {blind_at}\nloss = 1\nfrom = \"{from}\"\n\
+             [[event]]\nat = {at}\nswap = {pair:?}\n"
+        );
+        assert_eq!(verdict(&file, seed, seconds), [""; 0], "{file}");
+    }
+}
