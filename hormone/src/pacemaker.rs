@@ -180,7 +180,14 @@ impl Pacemaker {
             // A module on the way had another type for a moment, and this beat was made good meanwhile. In a
             // ring, where hormones have a lifetime, another rhythm is another leader's, at its own time.
             0 if is_known && self.is_made_good && pace.lifetime.is_none() && elapsed < beat / 4 => {
-                return self.hear_again(pace);
+                // One that was made good may also be this module's own that came back round a loop: it shows no
+                // leader.
+                let missed = self.missed;
+                let is_news = self.hear_again(pace);
+                if pace.is_made_good {
+                    self.missed = missed;
+                }
+                return is_news;
             }
             1 if is_same && elapsed < beat - beat / 8 => {
                 // A step may be shortened this far. The timer acts when the step is over.

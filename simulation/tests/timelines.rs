@@ -184,3 +184,27 @@ fn a_module_may_come_to_a_dock_that_is_heard_in_one_direction_only() {
         assert_eq!(verdict(&file, seed, seconds), [""; 0], "{file}");
     }
 }
+
+/// The loop cuts a head off. Its last beat would go round for ever if each module took it for a leader's.
+#[test]
+fn a_loop_without_a_leader_does_not_keep_out_the_other_leaders() {
+    let cross = "shape = \"cross\"\nmodules = 11";
+    let joined = "modules = 6\ndocks = [[\"0.Front\", \"2.Back\"], [\"0.Back\", \"3.Back\"], \
+                  [\"0.Left\", \"1.Back\"], [\"1.Left\", \"3.Front\"], [\"2.Down\", \"5.Front\"], \
+                  [\"3.Down\", \"4.Back\"]]";
+    let reset = "attach = [\"4.Left\", \"5.Left\"]\n[[event]]\nat = 9.217\nreset = 9";
+    for (robot, at, event, seed) in [
+        (cross, 4.357, "attach = [\"10.Back\", \"8.Front\"]", 7193),
+        (cross, 5.398, reset, 12),
+        (joined, 4.794, "swap = [0, 4]", 6834),
+    ] {
+        let file = format!("{robot}\n[[event]]\nat = {at}\n{event}\n");
+        let Scenario { wiring, timeline, .. } = Scenario::from_toml(&file).expect("the file is right");
+        let mut run = Run::new(Native::new(wiring, seed, 40 * MILLISECOND), timeline, SECOND);
+        let [until, end] = [26, 40].map(|seconds| {
+            while run.step(seconds * SECOND).expect("the events can happen") {}
+            run.observer.gait.violations()
+        });
+        assert_eq!(until, end, "{file}");
+    }
+}
