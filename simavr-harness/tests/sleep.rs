@@ -3,6 +3,7 @@
 mod common;
 
 use common::{build, mcu};
+use simavr_harness::bench::simulator::instructions;
 
 const MILLISECOND: u64 = 16_000;
 
@@ -16,6 +17,14 @@ fn a_tick_comes_every_16000_cycles() {
     // A round: response from sleep 8, jmp 3, out 1, reti 4, rjmp 2, sleep 1. And the start-up.
     let start_up = mcu.awake_cycles() - 99 * 19;
     assert!((10..60).contains(&start_up), "{start_up}");
+}
+
+#[test]
+fn instructions_are_counted_through_sleep() {
+    let executed = instructions(&mut mcu(&build("timer.c")), 100 * MILLISECOND);
+    // A round: jmp, out, reti, rjmp, sleep. And the start-up.
+    let start_up = executed - 99 * 5;
+    assert!((5..60).contains(&start_up), "{start_up}");
 }
 
 #[test]

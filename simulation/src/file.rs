@@ -72,8 +72,9 @@ const FARTHEST_SLIP: f64 = 15.0;
 /// The latest time of an event, in seconds: a day.
 const LATEST: f64 = 86_400.0;
 
-/// No push is stronger, in N: a hundred times a module's weight.
-const STRONGEST: f64 = 1000.0;
+/// No push is stronger along an axis, in N: ten times a module's weight. Pushes of 150 N along each axis turn
+/// the joints of two modules faster than a world allows.
+const STRONGEST: f64 = 100.0;
 
 impl Scenario {
     /// The robot in `text`, in TOML.
@@ -265,7 +266,7 @@ fn push(module: usize, newtons: [f64; 3]) -> Result<Change, String> {
     if newtons.iter().all(|force| force.abs() <= STRONGEST) {
         Ok(Change::Push { module, newtons })
     } else {
-        Err("give `newtons` from -1000 to 1000".into())
+        Err("give `newtons` from -100 to 100".into())
     }
 }
 

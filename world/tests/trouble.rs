@@ -92,3 +92,22 @@ fn where_no_number_is_left_the_joint_that_was_the_fastest_before_is_named() {
     assert!(trouble.to_string().contains("an acceleration that is not a number"), "{trouble}");
     assert!(trouble.place.contains("module 2, back of the roll"), "{trouble}");
 }
+
+#[test]
+fn the_strongest_push_of_a_robot_file_breaks_no_chain() {
+    const STRONGEST: f64 = 100.0;
+    let axis = [-STRONGEST, 0.0, STRONGEST];
+    let forces: Vec<[f64; 3]> =
+        axis.iter().flat_map(|&x| axis.iter().flat_map(move |&y| axis.map(|z| [x, y, z]))).collect();
+    for modules in 1..=3 {
+        for module in 0..modules {
+            for &newtons in &forces {
+                let mut world = chain(modules);
+                world.push(module, newtons, 200);
+                let volts = vec![[0.0; 3]; modules];
+                let trouble = (0..500).find_map(|_| world.step(&volts).err());
+                assert!(trouble.is_none(), "module {module} of {modules}, {newtons:?} N: {trouble:?}");
+            }
+        }
+    }
+}

@@ -92,9 +92,9 @@ pub struct Sim {
     #[arg(long, default_value = "1", allow_hyphen_values = true)]
     pub seed: u64,
 
-    /// Number of threads. It does not change the results. Default: one for each core.
-    #[arg(long, default_value_t = usual_threads(), value_parser = threads, allow_hyphen_values = true)]
-    pub threads: usize,
+    /// Number of threads. It does not change the results. Default: one for each core, up to 256.
+    #[arg(long, value_parser = threads, allow_hyphen_values = true)]
+    pub threads: Option<usize>,
 
     /// Print one JSON object in place of the summary, to a file or to the standard output (-).
     #[arg(long, value_name = "FILE")]
@@ -129,6 +129,11 @@ impl Sim {
     pub fn core(&self) -> CoreName {
         self.core.unwrap_or(CoreName::Decoded)
     }
+
+    /// The number of threads on which the robot runs.
+    pub fn threads(&self) -> usize {
+        self.threads.unwrap_or_else(usual_threads)
+    }
 }
 
 #[derive(Args)]
@@ -143,9 +148,9 @@ pub struct Gdb {
     #[arg(long, default_value = "0", value_name = "SECONDS", value_parser = at, allow_hyphen_values = true)]
     pub at: f64,
 
-    /// The gdb to start.
-    #[arg(long, value_name = "PROGRAM", env = "SUPERBOT_GDB", default_value = "avr-gdb")]
-    pub gdb: PathBuf,
+    /// The gdb to start. Default: the one that SUPERBOT_GDB names, or else avr-gdb.
+    #[arg(long, value_name = "PROGRAM", conflicts_with = "listen")]
+    pub gdb: Option<PathBuf>,
 
     /// Start no gdb, but wait until one connects to this port of the loopback interface.
     #[arg(long, value_name = "PORT", conflicts_with = "gdb_arguments", allow_hyphen_values = true)]
@@ -154,6 +159,14 @@ pub struct Gdb {
     /// Further arguments for gdb, as in -- -batch -x FILE.
     #[arg(last = true, value_name = "ARGS")]
     pub gdb_arguments: Vec<OsString>,
+}
+
+impl Gdb {
+    /// The gdb to start.
+    pub fn program(&self) -> PathBuf {
+        let named = || std::env::var_os("SUPERBOT_GDB").filter(|name| !name.is_empty()).map(PathBuf::from);
+        self.gdb.clone().or_else(named).unwrap_or_else(|| "avr-gdb".into())
+    }
 }
 
 /// What a table of runs of a centipede takes.

@@ -53,7 +53,7 @@ pub fn run(options: &Sim) -> Result<bool, Box<dyn Error>> {
             if let Some(timeline) = &results.timeline {
                 timeline.begin(&mut robot)?;
             }
-            let engine = Engine::new(robot, options.threads);
+            let engine = Engine::new(robot, options.threads());
             run_robot(engine, scenario, options, results, &used)
         }
         EngineName::Host => {

@@ -4,7 +4,7 @@ mod command;
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
-use std::process::{Command, Output, Stdio};
+use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
 use command::{images, run};
@@ -199,17 +199,21 @@ fn ask(gdb: &mut BufReader<TcpStream>, body: &str) -> String {
     answer.trim_start_matches('+').trim_matches(['$', '#']).to_owned()
 }
 
-#[test]
-fn a_packet_that_is_none_is_refused_and_what_gdb_has_set_up_stays() {
-    let robot = [&["gdb", "0.master", "--at", "0.2", "--listen", "0"], &ROBOT[..]].concat();
+/// A server that debugs the master of module 0 in `robot`, and a connection to it.
+fn serve(robot: &[&str]) -> (Child, BufReader<TcpStream>) {
     let mut server = Command::new(env!("CARGO_BIN_EXE_superbot-sim"));
-    server.args(robot).env("SUPERBOT_IMAGES", images()).stderr(Stdio::piped());
-    let mut server = server.spawn().expect("the program runs");
+    server.args([&["gdb", "0.master", "--at", "0.2", "--listen", "0"], robot].concat());
+    let mut server = server.env("SUPERBOT_IMAGES", images()).stderr(Stdio::piped()).spawn().expect("it runs");
     let mut says = BufReader::new(server.stderr.take().expect("it says where it listens")).lines();
     let address = says.find_map(|line| Some(line.ok()?.split_once("target remote ")?.1.to_owned()));
     let gdb = TcpStream::connect(address.expect("it listens")).expect("it is there");
     gdb.set_read_timeout(Some(Duration::from_secs(60))).expect("a time can be set");
-    let mut gdb = BufReader::new(gdb);
+    (server, BufReader::new(gdb))
+}
+
+#[test]
+fn a_packet_that_is_none_is_refused_and_what_gdb_has_set_up_stays() {
+    let (mut server, mut gdb) = serve(&ROBOT);
     assert!(ask(&mut gdb, "qSupported:multiprocess+").contains("QStartNoAckMode+"));
     assert_eq!(ask(&mut gdb, "QStartNoAckMode"), "OK");
     let stopped = ask(&mut gdb, "vCont;s:p1.1");
@@ -235,6 +239,36 @@ fn a_packet_that_is_none_is_refused_and_what_gdb_has_set_up_stays() {
 }
 
 #[test]
+fn what_is_no_packet_is_refused_or_ignored_too_while_the_mcu_runs() {
+    let (mut server, mut gdb) = serve(&["chain", "--modules", "2", "--world", "none", "--seconds", "86400"]);
+    assert!(ask(&mut gdb, "qSupported:multiprocess+").contains("QStartNoAckMode+"));
+    assert_eq!(ask(&mut gdb, "QStartNoAckMode"), "OK");
+    // Between packets, a byte that begins none and a request to send again mean nothing.
+    gdb.get_mut().write_all(b"x-").expect("it is heard");
+    let before = ask(&mut gdb, "g");
+    gdb.get_mut().write_all(b"$vCont;c#a8x-").expect("it is heard");
+    for packet in ["G00", "Z0", "vCont;x", "qRcmd,zz"] {
+        let answer = ask(&mut gdb, packet);
+        assert!(answer.starts_with('E'), "{packet}: {answer}");
+    }
+    // A sum that is wrong.
+    gdb.get_mut().write_all(b"$g#00").expect("it is heard");
+    let mut refused = [0; 7];
+    gdb.read_exact(&mut refused).expect("it is answered");
+    assert_eq!(&refused, b"$E16#ac");
+    // While the MCU runs, nothing can be written to it.
+    assert!(ask(&mut gdb, "M800200,1:2a").starts_with('E'));
+    gdb.get_mut().write_all(b"\x03").expect("it is heard");
+    let mut stop = Vec::new();
+    gdb.read_until(b'#', &mut stop).expect("it stops");
+    gdb.read_exact(&mut [0; 2]).expect("there is a sum");
+    assert!(stop.starts_with(b"$T02thread:p01."), "{}", text(&stop));
+    assert_ne!(ask(&mut gdb, "g"), before, "it has run");
+    assert_eq!(ask(&mut gdb, "D;1"), "OK");
+    assert!(server.wait().expect("it ends").success());
+}
+
+#[test]
 fn what_can_not_be_debugged_is_refused() {
     let refused = |arguments: &[&str], why: &str| {
         let output = run(&[&["gdb"], arguments, &["chain", "--modules", "2", "--world", "none"]].concat());
@@ -247,4 +281,6 @@ fn what_can_not_be_debugged_is_refused() {
         refused(&[&["0.master"], option].concat(), "leave --json, --record, --trace and --view to ./x sim");
     }
     refused(&["0.master", "--gdb", "/no/gdb"], "can't start /no/gdb");
+    refused(&["0.master", "--threads", "2"], "a robot in gdb runs on one thread: leave --threads out");
+    refused(&["0.master", "--gdb", "/no/gdb", "--listen", "0"], "cannot be used with");
 }

@@ -100,12 +100,7 @@ fn of_program(
         Ok((begin.elapsed(), mcu.state_hash()))
     })?;
     let mut mcu = start(&images[0])?;
-    let mut instructions = 0;
-    while mcu.cycle() < cycles && mcu.state() == State::Running {
-        let awake = mcu.awake_cycles();
-        mcu.step();
-        instructions += u64::from(mcu.awake_cycles() != awake);
-    }
+    let instructions = instructions(&mut mcu, cycles);
     let simulated_seconds = mcu.cycle() as f64 / f64::from(CLOCK_HZ);
     Ok(Pace {
         program,
@@ -115,6 +110,17 @@ fn of_program(
         simavr_seconds: simavr,
         qemu_seconds: None,
     })
+}
+
+/// Runs until `cycle` or the program's end, through any sleep. Returns the number of instructions executed.
+pub fn instructions(mcu: &mut Mcu, cycle: u64) -> u64 {
+    let mut instructions = 0;
+    while mcu.cycle() < cycle && mcu.is_alive() {
+        let (runs, awake) = (mcu.state() == State::Running, mcu.awake_cycles());
+        mcu.step();
+        instructions += u64::from(runs && mcu.awake_cycles() != awake);
+    }
+    instructions
 }
 
 /// The shortest time, in s, from the program's first byte at its serial port to its second.

@@ -53,25 +53,27 @@ fn run(faults: &[Fault]) -> Result<bool, String> {
         }
         println!("{test} passes on the kernel as it is ({} s)", start.elapsed().as_secs());
     }
-    let mut wrong = Vec::new();
+    let (mut not_caught, mut not_to_list) = (Vec::new(), Vec::new());
     let (mut caught, mut listed) = (0, 0);
     for fault in faults {
         let start = Instant::now();
         let found = scratch.with(fault, || find(fault, try_it))??;
-        let (told, is_right) = match (found, &fault.not_caught) {
+        let (told, wrong) = match (found, &fault.not_caught) {
             (Some(by), None) => {
                 caught += 1;
-                (format!("caught by {by}"), true)
+                (format!("caught by {by}"), None)
             }
             (None, Some(reason)) => {
                 listed += 1;
-                (format!("NOT CAUGHT, as listed: {reason}"), true)
+                (format!("NOT CAUGHT, as listed: {reason}"), None)
             }
-            (None, None) => ("NOT CAUGHT".to_owned(), false),
-            (Some(by), Some(_)) => (format!("listed as not caught, but caught by {by}"), false),
+            (None, None) => ("NOT CAUGHT".to_owned(), Some(&mut not_caught)),
+            (Some(by), Some(_)) => {
+                (format!("listed as not caught, but caught by {by}"), Some(&mut not_to_list))
+            }
         };
         println!("{:28} {told} ({} s)", fault.name, start.elapsed().as_secs());
-        if !is_right {
+        if let Some(wrong) = wrong {
             println!("    {}: {}", fault.file, fault.means);
             wrong.push(&fault.name[..]);
         }
@@ -79,12 +81,26 @@ fn run(faults: &[Fault]) -> Result<bool, String> {
     println!(
         "{} faults: {caught} caught, {listed} not caught for the listed reasons, {} wrong",
         faults.len(),
-        wrong.len()
+        not_caught.len() + not_to_list.len()
     );
-    if !wrong.is_empty() {
-        println!("wrong: {}. Write a test that finds each, or give the reason in {LIST}", wrong.join(" "));
+    print!("{}", advice(&not_caught, &not_to_list));
+    Ok(not_caught.is_empty() && not_to_list.is_empty())
+}
+
+/// What to do about the faults that were not found, and about those that were found though they are listed as
+/// not caught.
+fn advice(not_caught: &[&str], not_to_list: &[&str]) -> String {
+    let mut advice = String::new();
+    if !not_caught.is_empty() {
+        let names = not_caught.join(" ");
+        advice +=
+            &format!("not caught: {names}. Write a test that finds each, or give the reason in {LIST}\n");
     }
-    Ok(wrong.is_empty())
+    if !not_to_list.is_empty() {
+        let names = not_to_list.join(" ");
+        advice += &format!("caught: {names}. Take the reason why each is not caught out of {LIST}\n");
+    }
+    advice
 }
 
 /// The faults of these names; all if there is no name.
@@ -107,4 +123,18 @@ fn find(fault: &Fault, try_it: impl Fn(&str) -> Result<Verdict, String>) -> Resu
         }
     }
     Ok(None)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::advice;
+
+    #[test]
+    fn advice_fits_what_is_wrong() {
+        assert_eq!(advice(&[], &[]), "");
+        let missing = advice(&["one", "other"], &[]);
+        assert!(missing.starts_with("not caught: one other. Write a test") && missing.lines().count() == 1);
+        let listed = advice(&[], &["one"]);
+        assert!(listed.starts_with("caught: one. Take the reason") && listed.lines().count() == 1);
+    }
 }

@@ -70,7 +70,8 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
     }
     let elf = debugging_information(sim_options, name.controller, &image);
     let script = script(elf.as_deref())?;
-    let mut gdb = Command::new(&options.gdb);
+    let program = options.program();
+    let mut gdb = Command::new(&program);
     gdb.arg("-q");
     gdb.args(elf);
     gdb.arg("-ex").arg(format!("source {}", script.path().display()));
@@ -79,7 +80,7 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
     let mut gdb = gdb.spawn().map_err(|error| {
         format!(
             "can't start {}: {error}; install gdb with `./x gdb`, or name another with --gdb",
-            options.gdb.display()
+            program.display()
         )
     })?;
     process::ignore_interrupts();
@@ -96,12 +97,15 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
 
 /// Checks that the options describe a robot that can be debugged.
 fn check(options: &Gdb, scenario: &Scenario) -> Result<(), Box<dyn Error>> {
-    let Sim { engine, json, record, trace, view, seconds, .. } = &options.sim;
+    let Sim { engine, json, record, trace, view, seconds, threads, .. } = &options.sim;
     if matches!(engine, EngineName::Host) {
         return Err("the native engine runs no MCUs: leave --engine out".into());
     }
     if json.is_some() || record.is_some() || trace.is_some() || view.is_some() {
         return Err("gdb also runs backward: leave --json, --record, --trace and --view to ./x sim".into());
+    }
+    if threads.is_some() {
+        return Err("a robot in gdb runs on one thread: leave --threads out".into());
     }
     if options.at >= *seconds {
         return Err(format!("--at {}: the run ends at {seconds} s; see --seconds", options.at).into());

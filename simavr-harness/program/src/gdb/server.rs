@@ -30,7 +30,7 @@ type Broken = GdbStubError<io::Error, io::Error>;
 /// Serves gdb until it disconnects. `worker` runs an MCU with this image, and has stopped.
 ///
 /// # Errors
-/// The worker is gone, or gdb sends an invalid packet while the MCU runs.
+/// The worker is gone, or the connection to gdb breaks.
 pub fn serve(gdb: TcpStream, worker: Line, image: Arc<Image>, first: Report) -> Result<(), Box<dyn Error>> {
     gdb.set_nodelay(true)?;
     let (sender, events) = mpsc::channel();
@@ -63,32 +63,24 @@ fn hear_worker(mut worker: Line, events: &Sender<Event>) {
 
 fn converse(gdb: TcpStream, stopped: &mut Stopped, events: &Receiver<Event>) -> Result<(), Box<dyn Error>> {
     const WORKER_IS_GONE: &str = "the process that ran the robot has ended: see the message above";
-    let failed = |error: &dyn std::fmt::Display| format!("gdb's server: {error}");
     let mut settings = Settings::default();
     let mut stub = begin(gdb.try_clone()?, stopped, &settings).map_err(|e| failed(&e))?;
     loop {
         stub = match stub {
             GdbStubStateMachine::Idle(stub) => match events.recv()? {
                 Event::Byte(byte) => {
-                    let packet = settings.hear(byte);
-                    match (stub.incoming_data(stopped, byte), packet) {
-                        (Ok(stub), packet) => {
-                            packet.into_iter().for_each(|packet| settings.keep(packet));
-                            stub
-                        }
-                        (Err(error), Some(_)) if is_of_gdb(&error) => {
-                            (&gdb).write_all(settings.refusal())?;
-                            begin(gdb.try_clone()?, stopped, &settings).map_err(|e| failed(&e))?
-                        }
-                        (Err(error), _) => return Err(failed(&error).into()),
-                    }
+                    let heard = stub.incoming_data(stopped, byte);
+                    settings.go_on(heard, byte, &gdb, stopped)?
                 }
                 Event::GdbIsGone => return Ok(()),
                 Event::Report(_) => stub.into(),
                 Event::WorkerIsGone => return Err(WORKER_IS_GONE.into()),
             },
             GdbStubStateMachine::Running(stub) => match events.recv()? {
-                Event::Byte(byte) => stub.incoming_data(stopped, byte).map_err(|e| failed(&e))?,
+                Event::Byte(byte) => {
+                    let heard = stub.incoming_data(stopped, byte);
+                    settings.go_on(heard, byte, &gdb, stopped)?
+                }
                 Event::GdbIsGone => return Ok(()),
                 Event::Report(report) => {
                     let reason = stopped.again(report);
@@ -107,16 +99,25 @@ fn converse(gdb: TcpStream, stopped: &mut Stopped, events: &Receiver<Event>) -> 
     }
 }
 
-/// A new stub with the settings that gdb has made before, from the kept packets.
+fn failed(error: &dyn std::fmt::Display) -> String {
+    format!("gdb's server: {error}")
+}
+
+/// A new stub with the settings that gdb has made before, from the kept packets. It is in the state of the
+/// MCU: stopped or running.
 fn begin(gdb: TcpStream, stopped: &mut Stopped, settings: &Settings) -> Result<Stub, Broken> {
     let mut stub = GdbStub::new(Buffered { gdb: None, bytes: Vec::new() }).run_state_machine(stopped)?;
-    for &byte in settings.kept.iter().flatten() {
+    // This orders nothing of an MCU that runs.
+    let running = stopped.is_running().then(|| packet("vCont;c"));
+    for &byte in settings.kept.iter().chain(&running).flatten() {
         if let GdbStubStateMachine::Idle(idle) = stub {
             stub = idle.incoming_data(stopped, byte)?;
         }
     }
-    if let GdbStubStateMachine::Idle(idle) = &mut stub {
-        idle.borrow_conn().gdb = Some(gdb);
+    match &mut stub {
+        GdbStubStateMachine::Idle(stub) => stub.borrow_conn().gdb = Some(gdb),
+        GdbStubStateMachine::Running(stub) => stub.borrow_conn().gdb = Some(gdb),
+        _ => {}
     }
     Ok(stub)
 }
@@ -145,6 +146,32 @@ impl Settings {
     /// The begins of packets with settings: the features of gdb, whether packets are acknowledged, and the
     /// task that gdb asks for.
     const ALL: [&str; 3] = ["$qSupported", NO_ACKNOWLEDGEMENTS, "$Hg"];
+
+    /// Returns the stub that goes on after this byte from gdb. `heard` is what the last stub made of the byte.
+    /// If that stub has ended because of it, there is a new one. An invalid packet is refused, and a byte
+    /// between packets that means nothing is ignored.
+    fn go_on(
+        &mut self,
+        heard: Result<Stub, Broken>,
+        byte: u8,
+        gdb: &TcpStream,
+        stopped: &mut Stopped,
+    ) -> Result<Stub, Box<dyn Error>> {
+        let packet = self.hear(byte);
+        match heard {
+            Ok(stub) => {
+                packet.into_iter().for_each(|packet| self.keep(packet));
+                Ok(stub)
+            }
+            Err(error) if is_of_gdb(&error) => {
+                if packet.is_some() {
+                    (&mut &*gdb).write_all(self.refusal())?;
+                }
+                begin(gdb.try_clone()?, stopped, self).map_err(|e| failed(&e).into())
+            }
+            Err(error) => Err(failed(&error).into()),
+        }
+    }
 
     /// Returns the packet that ends with this byte.
     fn hear(&mut self, byte: u8) -> Option<Vec<u8>> {

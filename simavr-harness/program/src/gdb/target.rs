@@ -30,9 +30,10 @@ use super::order::{Line, Order, Picture, Points, Reason, Report, Task, Watched, 
 /// The thread that the MCU is for gdb while no task runs. No control block has this address.
 const NO_TASK: Tid = NonZeroUsize::MIN;
 
-/// An MCU that has stopped.
+/// An MCU that has stopped, or runs again.
 pub struct Stopped {
     worker: Line,
+    is_running: bool,
     image: Arc<Image>,
     picture: Picture,
     points: Points,
@@ -43,13 +44,26 @@ pub struct Stopped {
 impl Stopped {
     /// `worker` runs an MCU with this image, and has stopped.
     pub fn new(worker: Line, image: Arc<Image>, first: Report) -> Self {
-        Stopped { worker, image, picture: first.picture, points: Points::default(), is_step: false }
+        Stopped {
+            worker,
+            is_running: false,
+            image,
+            picture: first.picture,
+            points: Points::default(),
+            is_step: false,
+        }
     }
 
     /// The worker has stopped again. Returns the reason, in gdb's terms.
     pub fn again(&mut self, Report { reason, picture }: Report) -> MultiThreadStopReason<u32> {
         self.picture = picture;
+        self.is_running = false;
         self.reason(reason)
+    }
+
+    /// Whether the worker has not stopped again yet.
+    pub fn is_running(&self) -> bool {
+        self.is_running
     }
 
     /// Stops the worker where it is.
@@ -90,7 +104,11 @@ impl Stopped {
         self.picture.tasks.iter().find(|task| usize::from(task.id) == tid.get())
     }
 
-    fn go(&self, way: Way) -> io::Result<()> {
+    /// An MCU that runs goes on as it does.
+    fn go(&mut self, way: Way) -> io::Result<()> {
+        if std::mem::replace(&mut self.is_running, true) {
+            return Ok(());
+        }
         self.worker.send(&Order::Go { way, points: self.points.clone() })
     }
 
@@ -129,9 +147,10 @@ impl MultiThreadBase for Stopped {
         Ok(())
     }
 
-    /// Writes the registers of the MCU only: those of other tasks are saved on their stacks.
+    /// Writes the registers of the MCU only: those of other tasks are saved on their stacks. The worker takes
+    /// nothing while it runs.
     fn write_registers(&mut self, Core(registers): &Core, tid: Tid) -> TargetResult<(), Self> {
-        if tid != self.current() {
+        if self.is_running || tid != self.current() {
             return Err(TargetError::NonFatal);
         }
         self.worker.send(&Order::SetRegisters(registers.clone()))?;
@@ -150,6 +169,9 @@ impl MultiThreadBase for Stopped {
     }
 
     fn write_addrs(&mut self, start: u32, data: &[u8], _: Tid) -> TargetResult<(), Self> {
+        if self.is_running {
+            return Err(TargetError::NonFatal);
+        }
         let address = self.data_address(start).ok_or(TargetError::NonFatal)?;
         self.picture.write(address, data).ok_or(TargetError::NonFatal)?;
         self.worker.send(&Order::Write { address: address as u16, bytes: data.to_vec() })?;

@@ -90,8 +90,8 @@ pub struct Row {
     pub control_done_us_max: f64,
     /// The farthest that the load turned a joint of the master, which was to be kept at 0 degrees.
     pub joint_strays_deg_max: f64,
-    /// Bytes and frames that came and were lost for want of space, `None` if the MCU was reset; and frames
-    /// that the head and the tail had to repeat.
+    /// Bytes and frames that came and were lost for want of space, `None` if the MCU was reset or they were
+    /// more than a link counts; and frames that the head and the tail had to repeat.
     pub bytes_lost: Option<u64>,
     pub frames_repeated: u64,
     /// Hormones that did not arrive, and the time from the HORMONE of one module to that of the next.
@@ -180,7 +180,7 @@ pub fn run(directory: &Path, case: Case, style: Style, seconds: u64) -> Result<R
         control_jitter_us: (resets == 0).then(|| micro(rhythm.jitter as f64)),
         control_done_us_max: micro(control.longest() as f64),
         joint_strays_deg_max: strays,
-        bytes_lost: (resets == 0).then_some(watch.bytes_lost),
+        bytes_lost: watch.bytes_lost().filter(|_| resets == 0),
         frames_repeated: watch.frames_repeated,
         hormones_lost: case.has_hormones().then(|| watch.hops.lost()),
         hop_us_mean: hop.map(|(mean, _)| micro(mean)),

@@ -44,7 +44,9 @@ impl Periodic {
 pub struct Watch {
     pub start: u64,
     pub hops: Hops,
-    pub bytes_lost: u64,
+    bytes_lost: u64,
+    /// Whether a count of lost bytes has reached the most that it holds, and says no more.
+    is_full: bool,
     pub frames_repeated: u64,
     /// Edges that were not answered before the next.
     pub unanswered: u64,
@@ -52,7 +54,23 @@ pub struct Watch {
     reactions: Vec<u64>,
     marks: Vec<(u64, u8)>,
     overruns: [u16; 3],
-    repeated: u64,
+    repeated: Vec<Count>,
+}
+
+/// What a counter of an MCU counts.
+#[derive(Clone, Copy)]
+struct Count {
+    /// How often the MCU was reset, which sets its counters back to 0.
+    resets: u64,
+    value: u16,
+}
+
+impl Count {
+    /// How much was counted since `before`, within less than 65,536. The counter wraps.
+    fn since(self, before: Count) -> u64 {
+        let start = if self.resets == before.resets { before.value } else { 0 };
+        self.value.wrapping_sub(start).into()
+    }
 }
 
 impl Watch {
@@ -63,6 +81,7 @@ impl Watch {
             start: engine.cycle(),
             hops: Hops::new(engine.robot().modules()),
             bytes_lost: 0,
+            is_full: false,
             frames_repeated: 0,
             unanswered: 0,
             edge: None,
@@ -96,10 +115,17 @@ impl Watch {
         for (now, before) in overruns.into_iter().zip(self.overruns) {
             self.bytes_lost += u64::from(now.checked_sub(before).unwrap_or(now));
         }
+        self.is_full |= overruns.contains(&u16::MAX);
         self.overruns = overruns;
         let repeated = repeated(engine);
-        self.frames_repeated += repeated.saturating_sub(self.repeated);
+        let pairs = repeated.iter().zip(&self.repeated);
+        self.frames_repeated += pairs.map(|(now, before)| now.since(*before)).sum::<u64>();
         self.repeated = repeated;
+    }
+
+    /// The bytes and frames that were lost on the way in; `None` if they were more than a link counts.
+    pub fn bytes_lost(&self) -> Option<u64> {
+        (!self.is_full).then_some(self.bytes_lost)
     }
 
     fn mark(&mut self, cycle: u64, value: u8) {
@@ -136,13 +162,16 @@ fn overruns(engine: &Engine) -> [u16; 3] {
     overruns
 }
 
-/// Frames that the head and the tail have sent to the module more than once, or given up.
-fn repeated(engine: &Engine) -> u64 {
+/// Frames that the head and the tail have sent to the module more than once, or given up: the counts of each
+/// of their links.
+fn repeated(engine: &Engine) -> Vec<Count> {
     let neighbours = [1, 2].into_iter().filter_map(|number| engine.robot().module(number));
-    let links = neighbours.flat_map(|module| {
-        Controller::ALL.into_iter().flat_map(|mcu| counters::links(module.mcu(mcu)).collect::<Vec<_>>())
+    let mcus = neighbours.flat_map(|module| Controller::ALL.map(|controller| module.mcu(controller)));
+    let counts = mcus.flat_map(|mcu| {
+        let count = |value| Count { resets: mcu.resets(), value };
+        counters::links(mcu).flat_map(move |link| [link.retries, link.gave_up].map(count))
     });
-    links.map(|link| u64::from(link.retries) + u64::from(link.gave_up)).sum()
+    counts.collect()
 }
 
 #[cfg(test)]
@@ -162,5 +191,13 @@ mod tests {
         assert_eq!(of(&[5, 15, 27, 35], 35), (3, 0, 2.0));
         assert_eq!(of(&[5, 34, 34, 34, 45], 45), (4, 2, 19.0));
         assert_eq!(of(&[5, 15], 45), (4, 3, 20.0));
+    }
+
+    #[test]
+    fn a_count_goes_on_where_its_counter_wraps_and_begins_again_at_a_reset() {
+        let count = |resets, value| Count { resets, value };
+        assert_eq!(count(0, 7).since(count(0, 5)), 2);
+        assert_eq!(count(0, 4).since(count(0, 65_530)), 10);
+        assert_eq!(count(1, 4).since(count(0, 65_530)), 4);
     }
 }

@@ -2,6 +2,7 @@
 //! branches that go one way only. It fails if one of them is not on the list with its reason, or the list has
 //! others. `--accept` writes the list.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -51,12 +52,7 @@ fn run(accepts: bool) -> Result<bool, String> {
     let complaints = list.check(&gaps);
     complaints.iter().for_each(|complaint| println!("{complaint}"));
     println!("{}\n{} gaps, {} complaints", functions.summary(), gaps.len(), complaints.len());
-    if !complaints.is_empty() {
-        println!(
-            "Write a test that covers each gap that is not listed. If no test can, list the gap with \
-             ./x coverage --accept, and give the reason in {}",
-            path.display()
-        );
-    }
+    let kinds: BTreeSet<_> = complaints.iter().map(|complaint| complaint.advice(&path)).collect();
+    kinds.iter().for_each(|advice| println!("{advice}"));
     Ok(complaints.is_empty())
 }

@@ -9,6 +9,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::path::Path;
 
 use super::gap::Gap;
 use super::variants::Found;
@@ -34,6 +35,24 @@ pub enum Complaint {
     Gone(Gap),
     /// A gap that is listed without a reason.
     Unreasoned(Found),
+}
+
+impl Complaint {
+    /// What to do about it, where the list is the file at `path`.
+    pub fn advice(&self, path: &Path) -> String {
+        let list = path.display();
+        match self {
+            Complaint::New(_) => format!(
+                "Write a test that covers each gap that is not listed. If no test can, list the gap with \
+                 ./x coverage --accept, and give the reason in {list}"
+            ),
+            Complaint::Gone(_) => format!(
+                "Take each gap that does not exist out of the list with ./x coverage --accept, or by hand: \
+                 {list}"
+            ),
+            Complaint::Unreasoned(_) => format!("Give the reason for each gap that has none, in {list}"),
+        }
+    }
 }
 
 impl List {
@@ -164,6 +183,15 @@ No reason yet.
             list.check(std::slice::from_ref(&unreasoned)),
             [Complaint::Unreasoned(unreasoned), Complaint::Gone(known.gap)]
         );
+    }
+
+    #[test]
+    fn each_complaint_comes_with_its_own_advice() {
+        let advice = |complaint: Complaint| complaint.advice(Path::new("list.txt"));
+        let gap = || found(6, What::AlwaysBranches);
+        assert!(advice(Complaint::New(gap())).starts_with("Write a test"));
+        assert!(advice(Complaint::Unreasoned(gap())).starts_with("Give the reason"));
+        assert!(advice(Complaint::Gone(gap().gap)).starts_with("Take each gap that does not exist out"));
     }
 
     #[test]
