@@ -180,8 +180,7 @@ impl Pacemaker {
             // A module on the way had another type for a moment, and this beat was made good meanwhile. In a
             // ring, where hormones have a lifetime, another rhythm is another leader's, at its own time.
             0 if is_known && self.is_made_good && pace.lifetime.is_none() && elapsed < beat / 4 => {
-                // One that was made good may also be this module's own that came back round a loop: it shows no
-                // leader.
+                // One that was made good may be this module's own, back round a loop: it shows no leader.
                 let missed = self.missed;
                 let is_news = self.hear_again(pace);
                 if pace.is_made_good {

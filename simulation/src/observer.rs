@@ -179,8 +179,8 @@ impl Observer {
         let audible = self.audible();
         let touched = match *change {
             Change::Reset { module, .. } => audible.peers(module).chain([module]).collect(),
-            // A module that comes to a dock that is blind in one direction says for a moment that it hears the
-            // neighbour that it had before.
+            // A module that comes to a dock that is blind in one direction says for a moment that it hears
+            // its neighbour of before.
             _ => before.map_or_else(Vec::new, |before| before.differences(&self.wiring)),
         };
         if !touched.is_empty() || audible != self.audible {

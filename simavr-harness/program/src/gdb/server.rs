@@ -147,7 +147,7 @@ impl Settings {
     /// task that gdb asks for.
     const ALL: [&str; 3] = ["$qSupported", NO_ACKNOWLEDGEMENTS, "$Hg"];
 
-    /// Returns the stub that goes on after this byte from gdb. `heard` is what the last stub made of the byte.
+    /// Returns the stub that goes on after this byte from gdb. `heard` is what the last stub made of it.
     /// If that stub has ended because of it, there is a new one. An invalid packet is refused, and a byte
     /// between packets that means nothing is ignored.
     fn go_on(

@@ -4,9 +4,9 @@
 //! Marks, each reading as two bytes, the low one first: the potentiometer of the roll joint, which is
 //! measured first; both potentiometers, each after the current of its motor; then the multiplexer's inputs 0
 //! to 7 in turn; 0x71 once the third round was posted as a period; 0x74 when a reading that was asked for
-//! while rounds began or ended was one from after the request; 0x73 when interrupts were held up at each moment
-//! of a round, and no reading was taken for that of another input; 0x72 when the power switch of the first dock
-//! was opened because of its current; 0x7f for anything wrong.
+//! while rounds began or ended was one from after the request; 0x73 when interrupts were held up at each
+//! moment of a round, and no reading was taken for that of another input; 0x72 when the power switch of the
+//! first dock was opened because of its current; 0x7f for anything wrong.
 #![no_std]
 #![no_main]
 #![feature(abi_avr_interrupt, asm_experimental_arch)]
