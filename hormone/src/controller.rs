@@ -549,6 +549,7 @@ impl Controller {
     fn rest(&mut self) -> Response {
         self.status.action = Action::Rest;
         self.senses = Senses::NONE;
+        self.is_beat = false;
         self.ask_again_at = None;
         Response { action: Some(Action::Rest), ..NOTHING }
     }

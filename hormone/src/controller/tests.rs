@@ -967,3 +967,12 @@ fn a_module_of_another_type_says_so_and_follows_any_way_at_once_though_its_neigh
     assert_eq!(controller.next_due(100), None);
     assert_eq!(controller.received(Back, cp(B), 200).event, Some(Event::HormoneReceived(Back, B)));
 }
+
+#[test]
+fn who_is_stopped_as_a_beat_comes_asks_nothing() {
+    let mut leg = module(&LEFT_LEG);
+    let _ = leg.received(Back, cp(A), 0);
+    let _ = leg.order(None, walk(STOP, 1), 0);
+    assert!(leg.asks(0).eq([]));
+    assert_eq!(leg.next_ask(0), None, "nor later");
+}
