@@ -270,7 +270,10 @@ impl Controller {
         let is_own = self.election.is_own(token);
         let passed_on = self.election.hear(token, now);
         if let Some(token) = passed_on {
-            return self.send(Hormone::Token(token), BACK);
+            let Response { send, .. } = self.send(Hormone::Token(token), BACK);
+            // No beat of the other module may come. The motion would begin again when the clock wraps.
+            let gives_way = has_led && !self.is_leader();
+            return Response { send, ..if gives_way { self.rest() } else { NOTHING } };
         }
         if is_own && self.once().is_some() && self.reshaped_at.is_none() {
             // The chain has closed.

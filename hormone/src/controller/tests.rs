@@ -976,3 +976,17 @@ fn who_is_stopped_as_a_beat_comes_asks_nothing() {
     assert!(leg.asks(0).eq([]));
     assert_eq!(leg.next_ask(0), None, "nor later");
 }
+
+#[test]
+fn a_leader_that_gives_way_to_another_rests() {
+    let mut leader = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
+    let _ = attach(&mut leader, &SPINE, 0);
+    let _ = in_ring(&mut leader, 0, 5_000);
+    assert!(leader.is_leader() && leader.status().action == Action::Roll);
+    let higher = Token { rank: u16::MAX, hops: 3 };
+    let response = leader.received(Front, Hormone::Token(higher), 5_001);
+    let passed_on =
+        Outgoing { hormone: Hormone::Token(Token { hops: 4, ..higher }), docks: crate::rule::BACK };
+    assert_eq!((response.send, response.action), (Some(passed_on), Some(Rest)));
+    assert_eq!((leader.is_leader(), leader.status().action), (false, Rest));
+}
