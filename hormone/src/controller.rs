@@ -613,7 +613,12 @@ impl Controller {
             (pace.data as u8) < self.gait().beats && self.pacemaker.hear(pace, same_way, now)
         } else {
             let gait = gait_named(pace.name).filter(|gait| (pace.data as u8) < gait.beats);
-            gait.is_some_and(|gait| self.pacemaker.change(gait, pace, same_way, now))
+            let changes = gait.is_some_and(|gait| self.pacemaker.change(gait, pace, same_way, now));
+            if changes {
+                // The new gait may have no rule for this module.
+                let _ = self.rest();
+            }
+            changes
         };
         if !is_news {
             return false;

@@ -990,3 +990,14 @@ fn a_leader_that_gives_way_to_another_rests() {
     assert_eq!((response.send, response.action), (Some(passed_on), Some(Rest)));
     assert_eq!((leader.is_leader(), leader.status().action), (false, Rest));
 }
+
+#[test]
+fn who_has_no_rule_in_the_gait_of_the_hormone_that_comes_rests() {
+    let mut tail = Controller::new(GaitName::Caterpillar.gait(), 0, 0);
+    let _ = attach(&mut tail, &TAIL, 0);
+    let wave = Hormone::Pace(Pace { name: GaitName::Caterpillar as u8, ..pace(A) });
+    assert_eq!(tail.received(Front, wave, 10).action, Some(Action::Wave));
+    let _ = tail.received(Front, cp(A), 210);
+    assert_eq!((tail.status().gait, tail.status().action), (1, Rest));
+    assert_eq!(tail.posture(210), None);
+}
