@@ -186,6 +186,8 @@ impl Controller {
         }
         if self.is_leader() {
             let data = self.pacemaker.lead(now)?;
+            // A leader follows no neighbour. It may have followed one in another gait.
+            self.source = None;
             self.status.hormone = data as u8;
             let lifetime = self.election.ring().and_then(NonZeroU16::new);
             let rhythm = self.onward(None);

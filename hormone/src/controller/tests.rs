@@ -1001,3 +1001,17 @@ fn who_has_no_rule_in_the_gait_of_the_hormone_that_comes_rests() {
     assert_eq!((tail.status().gait, tail.status().action), (1, Rest));
     assert_eq!(tail.posture(210), None);
 }
+
+#[test]
+fn a_head_beats_to_where_its_beats_came_from_once_it_leads() {
+    let mut head = Controller::new(GaitName::RollingTrack.gait(), 0, 0);
+    let _ = attach(&mut head, &HEAD, 0);
+    let rolls = Pace { name: GaitName::RollingTrack as u8, ..pace(A) };
+    let is_taken = |response: Response| matches!(response.event, Some(Event::HormoneReceived(Back, _)));
+    assert!(is_taken(head.received(Back, Hormone::Pace(rolls), 10)));
+    let _ = head.order(None, walk(1, 1), 20);
+    let by_back = |outgoing: Outgoing| outgoing.docks.contains(Back);
+    let is_pace = |outgoing: &Outgoing| matches!(outgoing.hormone, Hormone::Pace(_));
+    let mut sent = (20..2_000).filter_map(|now| head.timer(now)?.send).filter(is_pace);
+    assert!(sent.next().is_some_and(by_back));
+}
