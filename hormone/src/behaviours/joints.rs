@@ -41,7 +41,7 @@ impl Joints {
             return;
         };
         match state {
-            State::Off => *told = None,
+            State::Off => (*told, *failed) = (None, false),
             State::Stalled | State::BrokenPotentiometer => {
                 *failed = true;
                 // Failures that follow may not put this off.

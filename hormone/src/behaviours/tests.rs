@@ -6,7 +6,7 @@ use tasks::post_office::Undelivered;
 use tasks::request::{Report, Request};
 
 use super::ac_receive::LOOK;
-use super::joints::RETRY;
+use super::joints::{Joints, RETRY};
 use super::*;
 use crate::action::Action;
 use crate::data::Data::{self, A, B};
@@ -339,4 +339,13 @@ fn what_devices_report_is_no_topology_and_what_cannot_be_read_is_counted() {
         behaviours.receive(now, letter(to, from, &payload), &mut here);
     }
     assert_eq!(behaviours.status().malformed, before.malformed + 2);
+}
+
+#[test]
+fn a_joint_that_was_switched_off_after_it_failed_wakes_nobody() {
+    let mut joints = Joints::new();
+    joints.hear(0, Axis::Roll, State::Stalled);
+    assert_eq!(joints.retry_in(0), Some(RETRY));
+    joints.hear(10, Axis::Roll, State::Off);
+    assert_eq!(joints.retry_in(10), None, "it has no target that could be repeated");
 }
