@@ -5,7 +5,7 @@ use tasks::message::{Address, Held, Message, TaskCode};
 use tasks::request::{Report, Request};
 
 use super::docks::Docks;
-use super::joints::Joints;
+use super::joints::{Joints, RETRY};
 use crate::action::Posture;
 use crate::controller::{Controller, NOTHING, Outgoing, Response};
 use crate::event::Event;
@@ -92,7 +92,7 @@ impl Behaviour {
         self.beat(now, module);
         let posture = self.posture(now);
         self.turn(now, posture, module);
-        self.keep(module);
+        self.keep(now, module);
         self.docks.ask(self.controller.status().action.docking(), module);
         self.ask_sensors(now, module);
         true
@@ -121,13 +121,14 @@ impl Behaviour {
         }
     }
 
-    /// Has the memory keep the standing order. If there is no room now, the next call tries again.
+    /// Has the memory keep the standing order. If there is no room now, it tries again after [`RETRY`].
     #[inline(never)] // as `beat`
-    fn keep(&mut self, module: &mut impl Module) {
-        if let Some(record) = self.controller.to_keep()
-            && module.request(Request::Keep(record)).is_ok()
-        {
-            self.controller.kept();
+    fn keep(&mut self, now: u16, module: &mut impl Module) {
+        let Some(record) = self.controller.to_keep() else { return };
+        match module.request(Request::Keep(record)) {
+            Ok(()) => self.controller.kept(),
+            // A robot that stands may have nothing else to do, and may be switched off.
+            Err(_) => self.due_within(RETRY, now),
         }
     }
 

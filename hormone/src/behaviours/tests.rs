@@ -349,3 +349,17 @@ fn a_joint_that_was_switched_off_after_it_failed_wakes_nobody() {
     joints.hear(10, Axis::Roll, State::Off);
     assert_eq!(joints.retry_in(10), None, "it has no target that could be repeated");
 }
+
+#[test]
+fn an_order_that_the_memory_had_no_room_for_is_kept_soon_also_at_rest() {
+    let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
+    here.is_full = true;
+    let halt = Hormone::Order(Order { what: What::Walk(STOP, Period::OWN), serial: 1 }).to_payload();
+    let remote = Address::beyond(Dock::Up, TaskCode::HORMONE);
+    behaviours.receive(now, letter(TaskCode::HORMONE, remote, &halt), &mut here);
+    run(&mut behaviours, &mut now, 10, &mut here);
+    here.is_full = false;
+    run(&mut behaviours, &mut now, RETRY, &mut here);
+    let kept = here.requests().into_iter().filter(|request| matches!(request, Request::Keep(_)));
+    assert_eq!(kept.count(), 1);
+}
