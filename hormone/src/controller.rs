@@ -151,10 +151,13 @@ impl Controller {
         self.connected = connected(neighbours);
         self.ledger.tell(self.connected.without(before), now);
         self.status.topology_changes = self.status.topology_changes.wrapping_add(1);
-        let response = self.become_type(ModuleType::acting(neighbours), now);
+        let mut response = self.become_type(ModuleType::acting(neighbours), now);
         let is_another = response.action.is_some();
         if is_another || self.is_leader() || !self.source.is_some_and(|dock| self.connected.contains(dock)) {
-            self.source = None;
+            if self.source.take().is_some() && !self.is_leader() {
+                // As in `hear_token`: no beat may come any more.
+                response = self.rest();
+            }
             self.pacemaker.forget();
         }
         Response { event: Some(Event::TopologyChanged(module_type)), ..response }

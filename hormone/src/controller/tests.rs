@@ -1015,3 +1015,15 @@ fn a_head_beats_to_where_its_beats_came_from_once_it_leads() {
     let mut sent = (20..2_000).filter_map(|now| head.timer(now)?.send).filter(is_pace);
     assert!(sent.next().is_some_and(by_back));
 }
+
+/// Else it would begin its motion again each time that the clock wraps.
+#[test]
+fn who_loses_the_neighbour_that_the_rhythm_came_from_rests_whatever_its_type() {
+    let mut spine = Controller::new(GaitName::Caterpillar.gait(), 0, 0);
+    let _ = attach(&mut spine, &SPINE, 0);
+    // It came by a dock whose neighbour is not there any more.
+    let wave = Hormone::Pace(Pace { name: GaitName::Caterpillar as u8, ..pace(A) });
+    assert_eq!(spine.received(Up, wave, 10).action, Some(Action::Wave));
+    assert_eq!(attach(&mut spine, &SPINE, 20).action, Some(Rest));
+    assert_eq!(spine.posture(20), None);
+}
