@@ -44,7 +44,8 @@ pub struct Memory {
     /// The number and the place of the last record that is kept.
     number: u8,
     place: u8,
-    /// Bytes of the present record written in this place, and places that did not take it.
+    /// The first byte of the present record that was not written in this place yet, and the places that did
+    /// not take it.
     written: u8,
     worn: u8,
 }
@@ -95,21 +96,28 @@ impl Memory {
             return true;
         }
         let (number, place) = (self.number.wrapping_add(1), (self.place + 1) % PLACES);
-        for (address, byte) in (address(place)..).zip(bytes(number, record)) {
-            if cells.recall(address) != byte {
-                if self.written == LENGTH {
-                    return self.next_place(place);
-                }
-                self.written += 1;
+        let mut is_worn = false;
+        for (index, byte) in (0..).zip(bytes(number, record)) {
+            let address = address(place) + u16::from(index);
+            if cells.recall(address) == byte {
+                continue;
+            }
+            if index >= self.written {
+                self.written = index + 1;
                 cells.store(address, byte);
                 return true;
             }
+            is_worn = true;
+        }
+        if is_worn {
+            return self.next_place(place);
         }
         (self.number, self.place, self.is_kept) = (number, place, true);
         false
     }
 
-    /// This place did not take the record.
+    /// This place did not take the record. The bytes that it took spoil the record that was there: its number
+    /// would look newer, once 128 more were kept.
     fn next_place(&mut self, place: u8) -> bool {
         (self.place, self.written) = (place, 0);
         self.worn += 1;

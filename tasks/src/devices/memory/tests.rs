@@ -158,6 +158,24 @@ fn a_worn_place_is_passed_by_and_where_all_are_worn_it_ends() {
     assert_eq!(recalled(&mut eeprom), last);
 }
 
+/// The number of an old record that is still whole looks newer, once 128 more were kept.
+#[test]
+fn an_old_record_in_a_place_of_which_a_byte_is_worn_does_not_come_back() {
+    for byte in 0..u16::from(LENGTH) {
+        let mut eeprom = Eeprom::of(0xFF);
+        let mut memory = Memory::new();
+        for number in 1..600 {
+            let wanted = record(number * 77_777);
+            assert!(keep(&mut memory, &mut eeprom, wanted, u32::MAX));
+            assert_eq!(recalled(&mut eeprom), Some(wanted), "byte {byte}, {number}");
+            eeprom.busy = 0;
+            if number == 40 {
+                eeprom.worn = vec![5 * PLACE + byte];
+            }
+        }
+    }
+}
+
 #[test]
 fn a_record_that_comes_while_another_is_written_takes_its_place() {
     for bytes in 1..=u32::from(LENGTH) {
