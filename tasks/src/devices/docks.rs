@@ -112,6 +112,10 @@ impl Docks {
             return;
         }
         let was_latched = around.end_switches(dock).is_latched;
+        // A joint that is off may be elsewhere than it was. It is measured before the light is there.
+        if !was_latched && !matches!(around.state(JOINT), Some(State::Moving | State::Arrived)) {
+            self.stay(around);
+        }
         self.search = Some(Search { dock, guidance: Guidance::new(), dark: LIGHTS_UP, was_latched });
         around.set_emitters(true);
     }
@@ -124,10 +128,13 @@ impl Docks {
             turn_opposite(*dock, 0, around);
         }
         self.end_search(around);
-        if let Some(angle) = around.angle(JOINT) {
-            self.has_turned = true;
-            turn(angle, around);
-        }
+        self.stay(around);
+    }
+
+    /// Keeps the joint behind the docks where it is.
+    fn stay(&mut self, around: &mut impl Surroundings) {
+        self.has_turned = true;
+        around.order(JOINT, Order::TurnBy { by: 0, speed: SEARCH_SPEED });
     }
 
     /// Ends the present search.

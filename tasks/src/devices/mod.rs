@@ -222,12 +222,10 @@ impl<const N: usize> Devices<N> {
     /// of it, but not that it stalls against what it is to move.
     fn turn_by(&mut self, axis: Axis, by: i16, speed: u8, around: &mut impl Surroundings) {
         let Some(index) = self.joint(axis).filter(|_| self.allowance.joints()) else { return };
-        if let Some(angle) = around.angle(index) {
-            if let Some(joint) = self.joints.get_mut(index) {
-                joint.is_searching = true;
-            }
-            around.order(index, Order::Turn { angle: angle.saturating_add(by), speed });
+        if let Some(joint) = self.joints.get_mut(index) {
+            joint.is_searching = true;
         }
+        around.order(index, Order::TurnBy { by, speed });
     }
 
     /// A joint that a search here has turned counts like one that a search on the other MCU has turned.

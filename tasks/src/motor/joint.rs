@@ -1,7 +1,7 @@
 //! One joint: its target, its limits, and what may go wrong with it.
 
 use super::pid::Pid;
-use super::{DEGREE, FULL_DRIVE, Position, TENTH};
+use super::{DEGREE, FULL_DRIVE, Position, TENTH, to_angle};
 use crate::superbot::{JOINT_CURRENT_LIMIT, POTENTIOMETER};
 
 /// A joint's position is known no closer than this: half a count of the converter.
@@ -119,6 +119,8 @@ pub struct Joint {
     stops: EndStops,
     state: State,
     target: Position,
+    /// Whether the target is an angle, in 0.1 degree, from where the next reading finds the joint.
+    is_relative: bool,
     /// Where the joint should be by now, and 1/256 units more.
     setpoint: Position,
     fraction: u8,
@@ -149,6 +151,7 @@ impl Joint {
             stops,
             state: State::Off,
             target: 0,
+            is_relative: false,
             setpoint: 0,
             fraction: 0,
             speed: 0,
@@ -169,6 +172,7 @@ impl Joint {
     /// beyond an end stop counts as that stop.
     pub fn turn_to(&mut self, angle: i16, speed: u8) {
         self.target = self.stops.position(angle);
+        self.is_relative = false;
         self.settled = 0;
         // 41/256 is a degree per second in units per millisecond: 0.16.
         self.speed = u16::from(speed) * 41;
@@ -182,6 +186,16 @@ impl Joint {
                 // The joint begins where the next reading finds it.
                 self.position = None;
             }
+        }
+    }
+
+    /// Turns the joint as [`turn_to`](Self::turn_to), but to an angle from where it is. A joint that is off may
+    /// have been turned since the last reading, so the next one tells where.
+    pub fn turn_by(&mut self, by: i16, speed: u8) {
+        let at = self.position.map_or(0, to_angle);
+        self.turn_to(at.saturating_add(by), speed);
+        if self.position.is_none() {
+            (self.target, self.is_relative) = (by, true);
         }
     }
 
@@ -267,6 +281,10 @@ impl Joint {
 
     /// Starts from `position`, at rest.
     fn begin(&mut self, position: Position) {
+        if self.is_relative {
+            self.is_relative = false;
+            self.target = self.stops.position(to_angle(position).saturating_add(self.target));
+        }
         self.setpoint = position;
         self.fraction = 0;
         self.pid = Pid::at(position);

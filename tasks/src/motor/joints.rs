@@ -15,6 +15,8 @@ pub const WATCH: Ticks = 32;
 pub enum Order {
     /// As [`Joint::turn_to`].
     Turn { angle: i16, speed: u8 },
+    /// As [`Joint::turn_by`].
+    TurnBy { by: i16, speed: u8 },
     /// As [`Joint::release`].
     Relax,
 }
@@ -23,7 +25,7 @@ impl Order {
     /// The state of a joint from this order on.
     pub const fn state(self) -> State {
         match self {
-            Order::Turn { .. } => State::Moving,
+            Order::Turn { .. } | Order::TurnBy { .. } => State::Moving,
             Order::Relax => State::Off,
         }
     }
@@ -151,6 +153,7 @@ impl<const N: usize> Joints<N> {
         for (index, joint) in self.joints.iter_mut().enumerate() {
             match around.take_order(index) {
                 Some(Order::Turn { angle, speed }) => joint.turn_to(angle, speed),
+                Some(Order::TurnBy { by, speed }) => joint.turn_by(by, speed),
                 Some(Order::Relax) => joint.release(),
                 None => {}
             }

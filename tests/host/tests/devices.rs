@@ -550,6 +550,53 @@ fn a_joint_turns_by_as_much_as_a_search_on_the_other_mcu_asks() {
     });
 }
 
+/// It is off, and a hand turns it, or the other module does.
+#[test]
+fn a_joint_that_is_off_turns_from_where_it_is_and_not_from_where_it_was() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(100);
+        client.ask(Request::Relax(Axis::Back));
+        client.within(100);
+        client.world().joint = Plant::at(50.0);
+        let turn = Request::TurnBy { axis: Axis::Back, by: -150, speed: 30 };
+        client.ask_for(TaskCode::dock(Dock::Front), turn);
+        client.within(2_000);
+        assert!((client.world().joint.degrees() - 35.0).abs() < 1.0, "{}", client.world().joint.degrees());
+    });
+}
+
+#[test]
+fn a_search_begins_where_a_joint_that_was_off_is() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(100);
+        client.ask(Request::Relax(Axis::Back));
+        client.within(100);
+        client.world().joint = Plant::at(50.0);
+        client.world().before = Some((Dock::Back, 3.0, 53.0));
+        client.ask(Request::Approach(Dock::Back));
+        let told: Vec<Report> = (0..20).flat_map(|_| client.reports(1_000)).collect();
+        assert_eq!(told, [Report::Latch(Dock::Back, LatchState::At(End::Latched))]);
+        assert!((client.world().joint.degrees() - 53.0).abs() < 2.0, "{}", client.world().joint.degrees());
+    });
+}
+
+#[test]
+fn a_joint_that_is_off_stays_where_it_is_when_the_search_is_broken_off() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(100);
+        client.ask(Request::Relax(Axis::Back));
+        client.within(100);
+        client.world().joint = Plant::at(50.0);
+        client.ask(Request::Approach(Dock::Back));
+        client.ask(Request::Latch(Dock::Back, End::Latched));
+        client.within(3_000);
+        assert!((client.world().joint.degrees() - 50.0).abs() < 1.0, "{}", client.world().joint.degrees());
+    });
+}
+
 /// HORMONE makes the joint turn again only when it gets that report.
 #[test]
 fn a_joint_that_stalls_while_there_is_no_room_is_told_of_once_there_is() {
