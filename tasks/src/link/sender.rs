@@ -8,10 +8,10 @@
 //! 2. When there is nothing to transmit, wait until [`poll_at`](Sender::poll_at), until a message comes into
 //!    the mailbox, or until the receiver [wakes](super::receiver::Arriving::wake_sender) it.
 
-use kernel::{Ticks, is_reached};
+use kernel::Ticks;
 
 use super::arq::Timeout;
-use super::backoff::Backoff;
+use super::backoff::{self, Backoff};
 use super::counters::Counted;
 use super::endpoint::Endpoint;
 use super::frame::{Frame, Label};
@@ -22,6 +22,9 @@ use crate::message::{Held, Kind, TaskCode};
 /// heard the message was not sending, so the ACK is the next frame that it sends, mostly within 0.4 ms. Once
 /// a frame comes in, its end is waited for.
 pub const ACK_TIMEOUT: Ticks = 2;
+
+/// No frame waits for its moment for longer than this, in ticks of 1 ms.
+const LONGEST_WAIT: Ticks = ACK_TIMEOUT + backoff::LONGEST as Ticks;
 
 /// What sender and receiver of a dock both work on.
 pub trait Shared {
@@ -178,7 +181,7 @@ impl<Letter: Held> Sender<Letter> {
 
     /// Sends the datagram that waits, if its moment has come.
     fn datagram(&mut self, now: Ticks, dock: &mut impl Shared) -> Option<Departure> {
-        let waiting = self.waiting.take_if(|waiting| is_reached(waiting.moment, now))?;
+        let waiting = self.waiting.take_if(|waiting| is_due(waiting.moment, now))?;
         Some(self.begin_datagram(waiting, dock))
     }
 
@@ -191,7 +194,7 @@ impl<Letter: Held> Sender<Letter> {
     /// more.
     fn is_repetition_due(&mut self, now: Ticks, dock: &mut impl Shared) -> bool {
         let Some(outstanding) = &mut self.outstanding else { return false };
-        let is_late = is_reached(outstanding.deadline, now);
+        let is_late = is_due(outstanding.deadline, now);
         let timeout = dock.endpoint(|endpoint| match (endpoint.sender.is_busy(), is_late) {
             (true, false) => Some(None),
             (true, true) => endpoint.sender.on_timeout().map(Some),
@@ -220,6 +223,12 @@ impl<Letter: Held> Sender<Letter> {
             }
         }
     }
+}
+
+/// Whether the moment for a frame has come. Light that is no frame can keep the line busy for longer than half
+/// the clock's range. A moment that passed so long ago seems to lie far ahead.
+fn is_due(moment: Ticks, now: Ticks) -> bool {
+    moment.wrapping_sub(now).wrapping_sub(1) >= LONGEST_WAIT
 }
 
 fn content(letter: &impl Held) -> (TaskCode, &[u8]) {

@@ -230,3 +230,21 @@ fn a_datagram_waits_behind_a_message_until_that_has_arrived() {
     line.run();
     assert_eq!(line.desk.counted, [Counted::FramesSent; 2]);
 }
+
+/// While light that is no frame keeps the line busy, the sender is not polled.
+#[test]
+fn what_a_busy_line_has_held_up_for_long_goes_out_as_soon_as_it_is_free() {
+    for kind in [Kind::Datagram, Kind::Lasting] {
+        for held_up in [LONGEST.into(), 30_000, 33_000, 40_000, 65_000] {
+            let mut line = Line::new();
+            line.put(1, kind);
+            // A datagram whose back-off is 0 goes out at once.
+            while line.run() == [Datagram(1)] {
+                line.put(1, kind);
+            }
+            line.now = line.now.wrapping_add(ACK_TIMEOUT + held_up);
+            let sent = if kind == Kind::Lasting { Data(1) } else { Datagram(1) };
+            assert_eq!(line.step(), Some(sent), "{kind:?}, {held_up}");
+        }
+    }
+}
