@@ -231,13 +231,18 @@ impl Joint {
         let position = POTENTIOMETER.position(reading.potentiometer);
         let Some(at) = position.filter(|position| self.rests_at(*position)) else {
             self.settled = 0;
-            // Since the last look it may have turned further than in a period.
-            self.position = position.or(self.position);
             return;
         };
         self.off = if self.target.abs_diff(at) <= TOLERANCE.unsigned_abs() { 0 } else { self.off + 1 };
         if self.off >= CREPT {
             (self.off, self.settled) = (0, 0);
+        }
+    }
+
+    /// The first reading after a rest. Since the last look the joint may have turned further than in a period.
+    pub fn resume(&mut self, reading: Reading) {
+        if self.position.is_some() {
+            self.position = POTENTIOMETER.position(reading.potentiometer).or(self.position);
         }
     }
 

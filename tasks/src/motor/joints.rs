@@ -112,6 +112,9 @@ impl<const N: usize> Joints<N> {
     /// The joints have been measured once.
     #[inline(always)]
     pub fn measurement(&mut self, around: &mut impl Surroundings) {
+        for (index, joint) in self.joints.iter_mut().enumerate() {
+            joint.resume(around.reading(index));
+        }
         around.done();
         self.awaited = Awaited::Period;
     }

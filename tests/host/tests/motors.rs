@@ -284,3 +284,19 @@ fn a_signal_left_over_from_before_rest_stands_for_no_measurement() {
         client.news(50);
     });
 }
+
+/// A joint at rest is looked at each 32 ms, and a push turns it further than its motor could.
+#[test]
+fn a_joint_that_was_pushed_since_the_last_look_is_not_broken_when_an_order_comes() {
+    run(|client| {
+        client.turn(0, 300);
+        client.news(4_000);
+        for joint in [1, 0] {
+            assert_eq!(client.states()[0], State::Arrived);
+            client.board.world().joints[0] = Plant::at(40.0);
+            client.turn(joint, 300);
+            client.news(4_000);
+            assert_eq!(client.states(), [State::Arrived; 2], "an order to joint {joint}");
+        }
+    });
+}
