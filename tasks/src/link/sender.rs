@@ -225,8 +225,8 @@ impl<Letter: Held> Sender<Letter> {
     }
 }
 
-/// Whether the moment for a frame has come. Light that is no frame can keep the line busy for longer than half
-/// the clock's range. A moment that passed so long ago seems to lie far ahead.
+/// Whether the moment for a frame has come. Light that is no frame can keep the line busy for longer than
+/// half the clock's range. A moment that passed so long ago seems to lie far ahead.
 fn is_due(moment: Ticks, now: Ticks) -> bool {
     moment.wrapping_sub(now).wrapping_sub(1) >= LONGEST_WAIT
 }

@@ -189,8 +189,8 @@ impl Joint {
         }
     }
 
-    /// Turns the joint as [`turn_to`](Self::turn_to), but to an angle from where it is. A joint that is off may
-    /// have been turned since the last reading, so the next one tells where.
+    /// Turns the joint as [`turn_to`](Self::turn_to), but by an angle from where it is. A joint that is off
+    /// may have been turned since the last reading, so the next one tells where.
     pub fn turn_by(&mut self, by: i16, speed: u8) {
         let at = self.position.map_or(0, to_angle);
         self.turn_to(at.saturating_add(by), speed);
@@ -239,7 +239,8 @@ impl Joint {
         }
     }
 
-    /// The first reading after a rest. Since the last look the joint may have turned further than in a period.
+    /// The first reading after a rest. Since the last look the joint may have turned further than in a
+    /// period.
     pub fn resume(&mut self, reading: Reading) {
         if self.position.is_some() {
             self.position = POTENTIOMETER.position(reading.potentiometer).or(self.position);
