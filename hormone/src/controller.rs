@@ -156,7 +156,7 @@ impl Controller {
         if is_another || self.is_leader() || !self.source.is_some_and(|dock| self.connected.contains(dock)) {
             if self.source.take().is_some() && !self.is_leader() {
                 // As in `hear_token`: no beat may come any more.
-                response = self.rest();
+                response.action = self.rest().action;
             }
             self.pacemaker.forget();
         }
@@ -269,16 +269,24 @@ impl Controller {
         Some(Response { send, ..if stands_down { self.rest() } else { NOTHING } })
     }
 
+    /// Passes a token on. `has_led` says that this module led before it came.
+    #[inline(never)] // else its response takes stack beneath that of `reshaped`
+    fn pass_on(&mut self, token: Token, has_led: bool) -> Response {
+        let mut response = self.send(Hormone::Token(token), BACK);
+        if has_led && !self.is_leader() {
+            // No beat of the other module may come. The motion would begin again when the clock wraps.
+            response.action = self.rest().action;
+        }
+        response
+    }
+
     #[inline(never)] // keeps its stack frame out of the caller's
     fn hear_token(&mut self, token: Token, now: u16) -> Response {
         let has_led = self.is_leader();
         let is_own = self.election.is_own(token);
         let passed_on = self.election.hear(token, now);
         if let Some(token) = passed_on {
-            let Response { send, .. } = self.send(Hormone::Token(token), BACK);
-            // No beat of the other module may come. The motion would begin again when the clock wraps.
-            let gives_way = has_led && !self.is_leader();
-            return Response { send, ..if gives_way { self.rest() } else { NOTHING } };
+            return self.pass_on(token, has_led);
         }
         if is_own && self.once().is_some() && self.reshaped_at.is_none() {
             // The chain has closed.

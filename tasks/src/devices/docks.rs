@@ -132,6 +132,7 @@ impl Docks {
     }
 
     /// Keeps the joint behind the docks where it is.
+    #[inline(never)] // else the order takes stack where others go deeper
     fn stay(&mut self, around: &mut impl Surroundings) {
         self.has_turned = true;
         around.order(JOINT, Order::TurnBy { by: 0, speed: SEARCH_SPEED });

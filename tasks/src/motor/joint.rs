@@ -1,7 +1,7 @@
 //! One joint: its target, its limits, and what may go wrong with it.
 
 use super::pid::Pid;
-use super::{DEGREE, FULL_DRIVE, Position, TENTH, to_angle};
+use super::{DEGREE, FULL_DRIVE, Position, TENTH};
 use crate::superbot::{JOINT_CURRENT_LIMIT, POTENTIOMETER};
 
 /// A joint's position is known no closer than this: half a count of the converter.
@@ -66,6 +66,11 @@ impl EndStops {
         // Between the stops, so the product fits.
         angle.min(self.highest / TENTH).max(self.lowest / TENTH).wrapping_mul(TENTH)
     }
+
+    /// The position `by` further than `from`, or that of the stop if it is beyond it.
+    fn beyond(&self, from: Position, by: Position) -> Position {
+        from.saturating_add(by).min(self.highest).max(self.lowest)
+    }
 }
 
 /// The state of a joint. The number of each is its code in a report.
@@ -119,7 +124,7 @@ pub struct Joint {
     stops: EndStops,
     state: State,
     target: Position,
-    /// Whether the target is an angle, in 0.1 degree, from where the next reading finds the joint.
+    /// Whether the target counts from where the next reading finds the joint.
     is_relative: bool,
     /// Where the joint should be by now, and 1/256 units more.
     setpoint: Position,
@@ -171,7 +176,22 @@ impl Joint {
     /// Turns the joint to `angle`, in 0.1 degree, at no more than `speed`, in degrees per second. An angle
     /// beyond an end stop counts as that stop.
     pub fn turn_to(&mut self, angle: i16, speed: u8) {
-        self.target = self.stops.position(angle);
+        self.turn(self.stops.position(angle), speed);
+    }
+
+    /// Turns the joint as [`turn_to`](Self::turn_to), but by an angle from where it is. A joint that is off
+    /// may have been turned since the last reading, so the next one tells where.
+    pub fn turn_by(&mut self, by: i16, speed: u8) {
+        let by = by.saturating_mul(TENTH);
+        self.turn(self.position.map_or(by, |at| self.stops.beyond(at, by)), speed);
+        if self.position.is_none() {
+            (self.target, self.is_relative) = (by, true);
+        }
+    }
+
+    #[inline(never)] // called in several places
+    fn turn(&mut self, target: Position, speed: u8) {
+        self.target = target;
         self.is_relative = false;
         self.settled = 0;
         // 41/256 is a degree per second in units per millisecond: 0.16.
@@ -186,16 +206,6 @@ impl Joint {
                 // The joint begins where the next reading finds it.
                 self.position = None;
             }
-        }
-    }
-
-    /// Turns the joint as [`turn_to`](Self::turn_to), but by an angle from where it is. A joint that is off
-    /// may have been turned since the last reading, so the next one tells where.
-    pub fn turn_by(&mut self, by: i16, speed: u8) {
-        let at = self.position.map_or(0, to_angle);
-        self.turn_to(at.saturating_add(by), speed);
-        if self.position.is_none() {
-            (self.target, self.is_relative) = (by, true);
         }
     }
 
@@ -241,6 +251,7 @@ impl Joint {
 
     /// The first reading after a rest. Since the last look the joint may have turned further than in a
     /// period.
+    #[inline(never)] // seldom called, it would cost its task registers
     pub fn resume(&mut self, reading: Reading) {
         if self.position.is_some() {
             self.position = POTENTIOMETER.position(reading.potentiometer).or(self.position);
@@ -286,10 +297,11 @@ impl Joint {
     }
 
     /// Starts from `position`, at rest.
+    #[inline(never)] // as `review`
     fn begin(&mut self, position: Position) {
         if self.is_relative {
             self.is_relative = false;
-            self.target = self.stops.position(to_angle(position).saturating_add(self.target));
+            self.target = self.stops.beyond(position, self.target);
         }
         self.setpoint = position;
         self.fraction = 0;
