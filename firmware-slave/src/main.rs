@@ -76,7 +76,7 @@ mod stack {
     pub static SEND_USART0: Stack<222> = Stack::new();
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
-    pub static MOTORS: Stack<169> = Stack::new();
+    pub static MOTORS: Stack<168> = Stack::new();
     pub static DEVICES: Stack<326> = Stack::new();
     pub static BRIDGE: Stack<153> = Stack::new();
     pub static CONSOLE: Stack<634> = Stack::new();

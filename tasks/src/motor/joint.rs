@@ -124,8 +124,6 @@ pub struct Joint {
     stops: EndStops,
     state: State,
     target: Position,
-    /// Whether the target counts from where the next reading finds the joint.
-    is_relative: bool,
     /// Where the joint should be by now, and 1/256 units more.
     setpoint: Position,
     fraction: u8,
@@ -156,7 +154,6 @@ impl Joint {
             stops,
             state: State::Off,
             target: 0,
-            is_relative: false,
             setpoint: 0,
             fraction: 0,
             speed: 0,
@@ -179,20 +176,16 @@ impl Joint {
         self.turn(self.stops.position(angle), speed);
     }
 
-    /// Turns the joint as [`turn_to`](Self::turn_to), but by an angle from where it is. A joint that is off
-    /// may have been turned since the last reading, so the next one tells where.
+    /// Turns the joint as [`turn_to`](Self::turn_to), but by an angle from where the last reading found it.
     pub fn turn_by(&mut self, by: i16, speed: u8) {
-        let by = by.saturating_mul(TENTH);
-        self.turn(self.position.map_or(by, |at| self.stops.beyond(at, by)), speed);
-        if self.position.is_none() {
-            (self.target, self.is_relative) = (by, true);
-        }
+        // Without a reading, the joint is found broken.
+        let at = self.position.unwrap_or(0);
+        self.turn(self.stops.beyond(at, by.saturating_mul(TENTH)), speed);
     }
 
     #[inline(never)] // called in several places
     fn turn(&mut self, target: Position, speed: u8) {
         self.target = target;
-        self.is_relative = false;
         self.settled = 0;
         // 41/256 is a degree per second in units per millisecond: 0.16.
         self.speed = u16::from(speed) * 41;
@@ -249,13 +242,10 @@ impl Joint {
         }
     }
 
-    /// The first reading after a rest. Since the last look the joint may have turned further than in a
-    /// period.
+    /// The first reading after a rest. Since the last one the joint may have turned further than in a period.
     #[inline(never)] // seldom called, it would cost its task registers
     pub fn resume(&mut self, reading: Reading) {
-        if self.position.is_some() {
-            self.position = POTENTIOMETER.position(reading.potentiometer).or(self.position);
-        }
+        self.position = POTENTIOMETER.position(reading.potentiometer).or(self.position);
     }
 
     /// One period. Returns the drive, from -[`FULL_DRIVE`] to [`FULL_DRIVE`].
@@ -297,12 +287,7 @@ impl Joint {
     }
 
     /// Starts from `position`, at rest.
-    #[inline(never)] // as `review`
     fn begin(&mut self, position: Position) {
-        if self.is_relative {
-            self.is_relative = false;
-            self.target = self.stops.beyond(position, self.target);
-        }
         self.setpoint = position;
         self.fraction = 0;
         self.pid = Pid::at(position);

@@ -99,8 +99,7 @@ impl<const N: usize> Joints<N> {
     #[inline(always)] // a frame of its own would take stack
     pub fn order_or_look(&mut self, is_ordered: bool, around: &mut impl Surroundings) {
         if is_ordered {
-            self.take_orders(around);
-            self.begin(around);
+            self.begin(around); // an order may count from where its joint is
         } else {
             for (index, joint) in self.joints.iter_mut().enumerate() {
                 joint.watch(around.reading(index));
@@ -115,6 +114,7 @@ impl<const N: usize> Joints<N> {
         for (index, joint) in self.joints.iter_mut().enumerate() {
             joint.resume(around.reading(index));
         }
+        self.take_orders(around);
         around.done();
         self.awaited = Awaited::Period;
     }
