@@ -550,15 +550,19 @@ fn a_joint_turns_by_as_much_as_a_search_on_the_other_mcu_asks() {
     });
 }
 
-/// It is off, and a hand turns it, or the other module does.
+/// A joint at 10 degrees is switched off, and turned to 50 degrees by a hand, or by the other module.
+fn turn_by_hand(client: &mut Client) {
+    client.within(10);
+    client.turn(100);
+    client.ask(Request::Relax(Axis::Back));
+    client.within(100);
+    client.world().joint = Plant::at(50.0);
+}
+
 #[test]
 fn a_joint_that_is_off_turns_from_where_it_is_and_not_from_where_it_was() {
     run::<true>(|client| {
-        client.within(10);
-        client.turn(100);
-        client.ask(Request::Relax(Axis::Back));
-        client.within(100);
-        client.world().joint = Plant::at(50.0);
+        turn_by_hand(client);
         let turn = Request::TurnBy { axis: Axis::Back, by: -150, speed: 30 };
         client.ask_for(TaskCode::dock(Dock::Front), turn);
         client.within(2_000);
@@ -569,11 +573,7 @@ fn a_joint_that_is_off_turns_from_where_it_is_and_not_from_where_it_was() {
 #[test]
 fn a_search_begins_where_a_joint_that_was_off_is() {
     run::<true>(|client| {
-        client.within(10);
-        client.turn(100);
-        client.ask(Request::Relax(Axis::Back));
-        client.within(100);
-        client.world().joint = Plant::at(50.0);
+        turn_by_hand(client);
         client.world().before = Some((Dock::Back, 3.0, 53.0));
         client.ask(Request::Approach(Dock::Back));
         let told: Vec<Report> = (0..20).flat_map(|_| client.reports(1_000)).collect();
@@ -585,11 +585,7 @@ fn a_search_begins_where_a_joint_that_was_off_is() {
 #[test]
 fn a_joint_that_is_off_stays_where_it_is_when_the_search_is_broken_off() {
     run::<true>(|client| {
-        client.within(10);
-        client.turn(100);
-        client.ask(Request::Relax(Axis::Back));
-        client.within(100);
-        client.world().joint = Plant::at(50.0);
+        turn_by_hand(client);
         client.ask(Request::Approach(Dock::Back));
         client.ask(Request::Latch(Dock::Back, End::Latched));
         client.within(3_000);
