@@ -155,7 +155,7 @@ impl Controller {
         let is_another = response.action.is_some();
         if is_another || self.is_leader() || !self.source.is_some_and(|dock| self.connected.contains(dock)) {
             if self.source.take().is_some() && !self.is_leader() {
-                // As in `hear_token`: no beat may come any more.
+                // As in `pass_on`: no beat may come any more.
                 response.action = self.rest().action;
             }
             self.pacemaker.forget();

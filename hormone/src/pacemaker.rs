@@ -26,13 +26,13 @@ const PATIENCE: u16 = 12;
 /// After so many beats of which not even a late hormone came, a module follows the hormone of another leader,
 /// or of the same one by another way. One hormone may be lost, and one late. A module that followed whichever
 /// came first would change its leader by a race where there are two ways.
-const SILENT: u8 = 3;
+pub const SILENT: u8 = 3;
 
 /// How far [ahead](Pace::ahead_of) a hormone is that comes a beat late.
 const LATE: u8 = NUMBERS - 1;
 
 /// After so many beats without a hormone the module follows no rhythm any more: at the last of them it rests.
-const MOST_MISSED: u8 = 8;
+pub const MOST_MISSED: u8 = 8;
 
 /// The last beat and the next one.
 #[derive(Clone, Copy)]

@@ -76,7 +76,7 @@ impl Schedule {
         if !self.quick.is_empty() && reached(self.quick_at, now) {
             let is_between = self.urgent_probes & 1 != 0;
             let docks = if is_between { self.urgent.intersection(self.quick) } else { self.quick };
-            let period = if self.urgent_probes > 0 { URGENT_PERIOD } else { QUICK_PERIOD };
+            let period = if self.is_urgent() { URGENT_PERIOD } else { QUICK_PERIOD };
             self.urgent_probes = self.urgent_probes.saturating_sub(1);
             self.quick_at = now.wrapping_add(period);
             self.hurried = self.hurried.union(docks);

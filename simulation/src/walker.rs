@@ -9,6 +9,7 @@ use hormone::case::{Case, Source};
 use hormone::data::Data;
 use hormone::gait::{Gait, Leader};
 use hormone::module_type::ModuleType;
+use hormone::pacemaker::{MOST_MISSED, SILENT};
 use hormone::rule::Rule;
 use hormone::sense::Sense;
 use hormone::topology::{Neighbours, connected};
@@ -27,8 +28,8 @@ pub const HOP: u64 = 5 * MILLISECOND;
 const ELECTION: u64 = 5_000 * MILLISECOND;
 
 /// How many beats pass at most until a module follows hormones that come another way than before: the module
-/// before it makes good eight beats whose leader is gone, and then three are silent.
-const CHOICE: u64 = 8 + 3;
+/// before it makes good the beats of a leader that is gone, and then some are silent.
+const CHOICE: u64 = MOST_MISSED as u64 + SILENT as u64;
 
 /// Changes that come before a module is right again give it more time: in all, so many times the longest that
 /// one of them gives.
