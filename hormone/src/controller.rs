@@ -16,6 +16,7 @@ use crate::event::Event;
 use crate::gait::{GAITS, Gait, Leader, Once};
 use crate::hormone::Hormone;
 use crate::module_type::ModuleType;
+use crate::neighbours::{Neighbours, connected, to_bytes};
 use crate::order::{Course, Helm, Order, What};
 use crate::pace::{Pace, RHYTHMS};
 use crate::pacemaker::{Beats, Pacemaker};
@@ -25,7 +26,6 @@ use crate::sense::{Sense, Senses, between_readings};
 use crate::standing::{Ledger, STOP, Standing};
 use crate::status::Status;
 use crate::time::{reached, until};
-use crate::topology::{Neighbours, connected, to_bytes};
 
 const ALL_DOCKS: DockSet = DockSet::of(&Dock::ALL);
 

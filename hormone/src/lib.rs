@@ -7,7 +7,7 @@
 //!
 //! What they are built from:
 //! - AC_SEND: [`schedule`], [`probe`].
-//! - AC_RECV: [`topology`], [`probe`].
+//! - AC_RECV: [`topology`], [`neighbours`], [`probe`].
 //! - HORMONE: [`controller`]: [`module_type`], [`pacemaker`], [`election`], [`order`], [`standing`],
 //!   [`sense`], the [`rule`]s of a [`mod@gait`].
 //!
@@ -27,6 +27,7 @@ pub mod gait;
 pub mod hormone;
 pub mod module;
 pub mod module_type;
+pub mod neighbours;
 pub mod order;
 pub mod pace;
 pub mod pacemaker;

@@ -2,7 +2,7 @@
 
 use tasks::dock::Dock::{self, Back, Front, Left, Right};
 
-use crate::topology::Neighbours;
+use crate::neighbours::Neighbours;
 
 /// The type of a module, by how it is attached.
 #[derive(Clone, Copy, PartialEq, Eq)]

@@ -5,7 +5,7 @@ use core::mem::offset_of;
 use crate::action::Action;
 use crate::hormone::Data;
 use crate::module_type::ModuleType;
-use crate::topology::{NO_NEIGHBOUR, Neighbours, from_bytes};
+use crate::neighbours::{NO_NEIGHBOUR, Neighbours, from_bytes};
 
 /// Stands for "no hormone yet" in [`Status::hormone`].
 pub const NO_HORMONE: u8 = 0xFF;

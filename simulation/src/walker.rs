@@ -9,10 +9,10 @@ use hormone::case::{Case, Source};
 use hormone::data::Data;
 use hormone::gait::{Gait, Leader};
 use hormone::module_type::ModuleType;
+use hormone::neighbours::{Neighbours, connected};
 use hormone::pacemaker::{MOST_MISSED, SILENT};
 use hormone::rule::Rule;
 use hormone::sense::Sense;
-use hormone::topology::{Neighbours, connected};
 use tasks::dock::{Dock, DockSet};
 use thiserror::Error;
 

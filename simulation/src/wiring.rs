@@ -3,7 +3,7 @@
 use std::fmt;
 
 use hormone::module_type::ModuleType;
-use hormone::topology::Neighbours;
+use hormone::neighbours::Neighbours;
 use tasks::dock::Dock;
 use thiserror::Error;
 

@@ -3,8 +3,8 @@
 use hormone::action::Action::{self, Holding, HoldingOver, Straight, Swing, SwingOver};
 use hormone::event::Event;
 use hormone::hormone::Data::{self, A, B};
+use hormone::neighbours::to_bytes;
 use hormone::status::Status;
-use hormone::topology::to_bytes;
 use simulation::{
     Angles, BridgeTotals, Change, Event as Happening, Face, LinkTotals, Links, MILLISECOND, Mcus, Observer,
     Robot, Shape, TraceEvent, Wiring, WiringError,

@@ -5,9 +5,9 @@ use tasks::message::{Address, Letter, Message, TaskCode};
 
 use super::AdaptiveCommunication;
 use crate::module::Module;
+use crate::neighbours::{Neighbours, to_bytes};
 use crate::probe::Probe;
 use crate::time::{reached, until};
-use crate::topology::{Neighbours, to_bytes};
 
 /// How often silent neighbours are looked for, in ticks of 1 ms; see
 /// [`Topology::expire`](crate::topology::Topology::expire).

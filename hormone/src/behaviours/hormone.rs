@@ -12,11 +12,11 @@ use crate::event::Event;
 use crate::gait::Gait;
 use crate::hormone::Hormone;
 use crate::module::Module;
+use crate::neighbours;
 use crate::sense::Sense;
 use crate::standing::Standing;
 use crate::status::Status;
 use crate::time::{LONGEST, reached, until};
-use crate::topology;
 
 /// How soon the status shows that a message could not be read, in ticks of 1 ms.
 const SHOWN_WITHIN: u16 = 20;
@@ -171,7 +171,7 @@ fn receive(now: u16, controller: &mut Controller, dock: Dock, payload: &[u8]) ->
 
 /// Handles AC_RECV's report of the neighbours. `None` if the payload is no topology.
 fn learn(now: u16, controller: &mut Controller, payload: &[u8]) -> Option<Response> {
-    let neighbours = topology::from_bytes(payload)?;
+    let neighbours = neighbours::from_bytes(payload)?;
     Some(controller.topology(&neighbours, now))
 }
 

@@ -13,6 +13,7 @@ use crate::data::Data::{self, A, B};
 use crate::event::Event;
 use crate::gait::GaitName;
 use crate::hormone::Hormone;
+use crate::neighbours::{Neighbours, to_bytes};
 use crate::order::{Order, What};
 use crate::pace::Pace;
 use crate::period::Period;
@@ -20,7 +21,6 @@ use crate::probe::Probe;
 use crate::sense::Sense;
 use crate::standing::STOP;
 use crate::time::until;
-use crate::topology::{Neighbours, to_bytes};
 
 /// A module that keeps what its behaviours send.
 #[derive(Default)]

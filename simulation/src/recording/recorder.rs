@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use hormone::event::Event;
 use hormone::module_type::ModuleType;
-use hormone::topology::Neighbours;
+use hormone::neighbours::Neighbours;
 use tasks::dock::{Dock, DockSet};
 
 use super::{Loss, Passage, Recording, View};
