@@ -48,7 +48,7 @@ macro_rules! motion {
         const POSTURES: &[$crate::action::Posture] = &[$($posture),*];
         kernel::flash! {
             /// The action's postures.
-            pub static MOTION: [$crate::action::Posture; POSTURES.len()] = $crate::table::array(POSTURES);
+            pub static MOTION: [$crate::action::Posture; POSTURES.len()] = $crate::rows::array(POSTURES);
         }
     };
 }

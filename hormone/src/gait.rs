@@ -162,7 +162,7 @@ macro_rules! gait {
             const RULES: &[$crate::rule::Rule] = &[$($rule),*];
             const _: () = $crate::table::check(RULES, $beats);
             kernel::flash! {
-                static TABLE: [$crate::rule::Rule; RULES.len()] = $crate::table::array(RULES);
+                static TABLE: [$crate::rule::Rule; RULES.len()] = $crate::rows::array(RULES);
             }
             $crate::gait::Gait::new($beats, $beat, $leader, &TABLE)$(.once($becomes, $next))?
         };

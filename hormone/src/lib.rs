@@ -33,6 +33,7 @@ pub mod pace;
 pub mod pacemaker;
 pub mod period;
 pub mod probe;
+pub mod rows;
 pub mod rule;
 pub mod schedule;
 pub mod sense;

@@ -13,6 +13,7 @@ fn no_crate_has_a_circle() {
     for (name, left_out) in [
         ("kernel", "arch"),
         ("plants", ""),
+        ("hormone", ""),
         ("simulation", ""),
         ("simavr-harness", ""),
         ("simavr-harness/program", ""),
