@@ -84,8 +84,19 @@ impl TaskHandle {
 
 /// Called when the trap has found the task, which is the running one. Returns whether the step is complete,
 /// and the trap must be disabled.
+///
+/// # Safety
+/// Only for the vector of the trap, which has found that task. During a step this suspends the running task,
+/// whichever it is.
+///
+/// ```compile_fail,E0133
+/// # use kernel::Interrupt;
+/// fn handler(interrupt: &mut Interrupt) {
+///     kernel::stepped(interrupt); // error: call to unsafe function requires an unsafe block
+/// }
+/// ```
 #[doc(hidden)]
-pub fn stepped(interrupt: &mut Interrupt) -> bool {
+pub unsafe fn stepped(interrupt: &mut Interrupt) -> bool {
     interrupt.mask(|masked| {
         let Some(priority) = PRIORITY.get(masked) else { return true };
         let control = ready::running(masked);

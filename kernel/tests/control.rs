@@ -636,7 +636,8 @@ fn who_goes_on_in_the_midst_of_a_traversal_begins_that_anew() {
 
 /// Stands for the trap at the end of each critical section, as the host has none.
 fn trap(interrupt: &mut Interrupt) {
-    kernel::stepped(interrupt);
+    // SAFETY: it stands for the trap, and interrupts the task that is stepped.
+    unsafe { kernel::stepped(interrupt) };
     host::arrive_later(1, trap);
 }
 

@@ -170,7 +170,8 @@ macro_rules! trap_interrupt {
                 extern "C" fn handler() {
                     // SAFETY: only the vector calls this, with interrupts masked.
                     let interrupt = &mut unsafe { $crate::Interrupt::assume() };
-                    if $crate::stepped(interrupt) {
+                    // SAFETY: this is the trap's vector, and it has found the task.
+                    if unsafe { $crate::stepped(interrupt) } {
                         $vector(interrupt);
                     }
                 }
