@@ -52,3 +52,14 @@ fn assembly_is_where_bench_counts_it() {
     let counted = ["flash", "interrupts", "start", "switch", "vectors"];
     assert_eq!(files, counted.map(|name| format!("arch/avr/{name}.rs")).iter().map(String::as_str).collect());
 }
+
+/// What a macro defines is a part of the program, whose safe code could call it.
+#[test]
+fn functions_that_only_the_kernel_may_call_are_unsafe() {
+    let sources = sources();
+    let mut functions = outside(&sources, "-", "extern \"C\" fn kernel_");
+    // The program's handler of an overflow: whoever calls it does not come back.
+    functions.retain(|(_, line)| !line.contains("kernel_stack_overflow"));
+    assert!(functions.len() >= 4, "{functions:?}");
+    assert!(functions.iter().all(|(_, line)| line.trim().starts_with("unsafe ")), "{functions:?}");
+}

@@ -132,12 +132,12 @@ macro_rules! tickless_interrupt {
     ($vector:ident, $timer:ty) => {
         core::arch::global_asm!(".global kernel_needs_tick_interrupt", ".set kernel_needs_tick_interrupt, 0");
         #[unsafe(no_mangle)]
-        extern "C" fn kernel_before_sleep() {
+        unsafe extern "C" fn kernel_before_sleep() {
             // SAFETY: only the idle task calls this, with interrupts masked.
             unsafe { $crate::tickless::before_sleep::<$timer>() };
         }
         #[unsafe(no_mangle)]
-        extern "C" fn kernel_after_sleep() {
+        unsafe extern "C" fn kernel_after_sleep() {
             // SAFETY: only the interrupt entry calls this, with interrupts masked.
             unsafe { $crate::tickless::after_sleep::<$timer>() };
         }
