@@ -36,7 +36,7 @@ macro_rules! interrupt {
                 }
                 // SAFETY: only the hardware enters here, and `kernel_enter_interrupt` restores all that the
                 // handler may change.
-                unsafe { core::arch::asm!(
+                unsafe { ::core::arch::asm!(
                     "push r31",               // 2
                     "push r30",               // 2
                     "ldi r30, lo8(gs({handler}))", // 1: Z = the handler, in words
@@ -65,7 +65,7 @@ macro_rules! tick_interrupt {
         unsafe extern "C" fn $vector() -> ! {
             // SAFETY: only the hardware enters here, and `kernel_enter_with_status` restores all that the
             // handler may change.
-            unsafe { core::arch::asm!(
+            unsafe { ::core::arch::asm!(
                 ".global kernel_needs_tick_interrupt",
                 ".set kernel_needs_tick_interrupt, 0", // here it is
                 "push r31",               // 2
@@ -116,7 +116,7 @@ macro_rules! tick_interrupt {
 #[macro_export]
 macro_rules! clock_interrupts {
     ($counter:literal, $one:ident, $other:ident) => {
-        core::arch::global_asm!(".global kernel_clock", concat!(".set kernel_clock, ", $counter),);
+        ::core::arch::global_asm!(".global kernel_clock", concat!(".set kernel_clock, ", $counter),);
         $crate::interrupt! {
             fn $one(interrupt) { $crate::charge_in_turn(interrupt) }
             fn $other(interrupt) { $crate::charge_in_turn(interrupt) }
@@ -130,7 +130,10 @@ macro_rules! clock_interrupts {
 #[macro_export]
 macro_rules! tickless_interrupt {
     ($vector:ident, $timer:ty) => {
-        core::arch::global_asm!(".global kernel_needs_tick_interrupt", ".set kernel_needs_tick_interrupt, 0");
+        ::core::arch::global_asm!(
+            ".global kernel_needs_tick_interrupt",
+            ".set kernel_needs_tick_interrupt, 0",
+        );
         #[unsafe(no_mangle)]
         unsafe extern "C" fn kernel_before_sleep() {
             // SAFETY: only the idle task calls this, with interrupts masked.
@@ -177,7 +180,7 @@ macro_rules! trap_interrupt {
                 }
                 // SAFETY: only the hardware enters here. Either nothing is changed, or
                 // `kernel_enter_with_status` restores it.
-                unsafe { core::arch::asm!(
+                unsafe { ::core::arch::asm!(
                     "push r31",               // 2
                     "push r30",               // 2
                     "push r0",                // 2
@@ -222,10 +225,10 @@ macro_rules! trap_interrupt {
 macro_rules! assert_vector {
     ($vector:ident $(as $meant:path)?) => {
         const _: () = {
-            let number = $crate::arch::vector_number(stringify!($vector));
-            assert!(number.is_some(), "a vector is `__vector_` and its number, from 1");
-            $(assert!(
-                matches!(number, Some(number) if number == $meant as usize),
+            let number = $crate::arch::vector_number(::core::stringify!($vector));
+            ::core::assert!(number.is_some(), "a vector is `__vector_` and its number, from 1");
+            $(::core::assert!(
+                ::core::matches!(number, Some(number) if number == $meant as usize),
                 "this is the number of another vector than the one that is meant"
             );)?
         };
