@@ -115,8 +115,15 @@ macro_rules! tick_interrupt {
 #[cfg(feature = "cpu-time")]
 #[macro_export]
 macro_rules! clock_interrupts {
-    ($counter:literal, $one:ident, $other:ident) => {
-        ::core::arch::global_asm!(".global kernel_clock", concat!(".set kernel_clock, ", $counter),);
+    ($counter:expr, $one:ident, $other:ident) => {
+        ::core::arch::global_asm!(
+            ".global kernel_clock",
+            ".set kernel_clock, {counter}",
+            counter = const {
+                let counter: u16 = $counter;
+                counter
+            },
+        );
         $crate::interrupt! {
             fn $one(interrupt) { $crate::charge_in_turn(interrupt) }
             fn $other(interrupt) { $crate::charge_in_turn(interrupt) }
