@@ -58,7 +58,8 @@ impl<const BYTES: usize> Stack<BYTES> {
     }
 
     /// Makes a task on this stack ready; it runs `body`. What `body` captures moves onto the stack. A body
-    /// that returns ends its task, whatever it returns, and the stack can be started again.
+    /// that returns ends its task, whatever it returns, and the stack can be started again. On the AVR a
+    /// capture with an alignment above 1, by `repr(align)` or an atomic of 16 bits, does not compile.
     ///
     /// Linear in the size of the stack, each byte of which gets a watermark for [`TaskHandle::unused_stack`],
     /// with interrupts enabled in a task. Do not start a task from an interrupt that must not take that long.

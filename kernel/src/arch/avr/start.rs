@@ -58,9 +58,11 @@ pub(crate) unsafe fn init_context<F, R, const BYTES: usize>(
 where
     F: FnOnce(&mut Task) -> R + Send + 'static,
 {
+    // All types have this alignment on the AVR that do not ask for more.
+    const { assert!(align_of::<F>() == 1, "what a task captures must have an alignment of 1") };
     record::<F, R, BYTES>();
     let bottom = memory.cast::<u8>();
-    // SAFETY: the caller guarantees the room; alignment is 1 throughout on the AVR.
+    // SAFETY: the caller guarantees the room, and the alignment of the body is 1.
     unsafe {
         let place = bottom.add(BYTES - size_of::<F>());
         place.cast::<F>().write(body);
