@@ -137,12 +137,11 @@ static RUNS: MaskedCell<bool> = MaskedCell::new(false);
 /// future that is pinned to one, nothing that one is lent to. Use a static, or move the value into a task's
 /// body.
 pub fn run(init: impl FnOnce(&mut Boot)) -> ! {
-    if arch::critical(|masked| RUNS.replace(masked, true)) {
+    if !arch::begin(&RUNS) {
         loop {
             core::hint::spin_loop();
         }
     }
-    arch::begin();
     // SAFETY: interrupts are masked until `run_head` starts the first task, and no task runs as this is the
     // first call; `boot` is gone by then.
     let boot = &mut unsafe { Boot::assume() };

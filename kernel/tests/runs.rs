@@ -371,8 +371,10 @@ fn what_is_no_task_is_interrupted_by_nothing() {
 fn a_thread_runs_one_kernel_at_a_time() {
     let nested = panic_of(|| host::run_for(1, |_| host::run_for(1, |_| {}, |_, _| {}), |_, _| {}));
     assert!(nested.contains("this thread runs a kernel already"), "{nested}");
-    let no_mcu = panic_of(|| kernel::run(|_| {}));
-    assert!(no_mcu.contains("host::run"), "{no_mcu}");
+    for _ in 0..2 {
+        let no_mcu = panic_of(|| kernel::run(|_| {}));
+        assert!(no_mcu.contains("host::run"), "{no_mcu}");
+    }
 }
 
 /// A message is dropped without a context, so that may happen while another thread runs the kernel.

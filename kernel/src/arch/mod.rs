@@ -9,7 +9,7 @@
 //! | `critical` | a critical section for a caller without a context; restores the interrupt state |
 //! | `switch` | saves the running task's context and resumes the head; returns when the task runs again |
 //! | `switch_from_call` | the same where a switch is rare: preserves the registers that a call preserves |
-//! | `begin` | masks interrupts for `run`; panics on a port that does not start the kernel by `run` |
+//! | `begin` | masks interrupts for the first `run`; panics on a port that does not start the kernel by it |
 //! | `may_block` | called where the running task blocks; fails if the port could not resume the task |
 //! | `run_head` | resumes the head and discards the caller's context |
 //! | `IDLE_CONTEXT` | the idle task's `stack_pointer`: it has no saved context, and starts over each time |

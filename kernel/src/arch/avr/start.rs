@@ -9,14 +9,18 @@ use super::PROGRAM_COUNTER;
 use super::switch::kernel_run_head;
 use crate::context::Task;
 use crate::control_block::ControlBlock;
-use crate::critical::Masked;
+use crate::critical::{Masked, MaskedCell};
 use crate::stack_watermark::WATERMARK;
 use crate::task;
 
-/// Masks interrupts until the first task runs.
+/// Masks interrupts until the first task runs, unless the kernel `runs` already. Returns whether it did.
 #[inline(always)]
-pub(crate) fn begin() {
-    super::disable_interrupts();
+pub(crate) fn begin(runs: &MaskedCell<bool>) -> bool {
+    let is_first = !super::critical(|masked| runs.replace(masked, true));
+    if is_first {
+        super::disable_interrupts();
+    }
+    is_first
 }
 
 /// Every task can be resumed.

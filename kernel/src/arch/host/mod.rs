@@ -24,7 +24,7 @@ use corosensei::{Coroutine, Yielder};
 
 use crate::context::{Boot, Context, Interrupt, Never, Task};
 use crate::control_block::{ControlBlock, Flag, Priority};
-use crate::critical::Masked;
+use crate::critical::{Masked, MaskedCell};
 use crate::{IDLE, KERNEL, ready, task, timer, wait};
 
 type TaskCoroutine = Coroutine<(), (), Never>;
@@ -307,7 +307,7 @@ pub(crate) fn may_block() {
     }
 }
 
-pub(crate) fn begin() {
+pub(crate) fn begin(_: &MaskedCell<bool>) -> bool {
     panic!("on the host `host::run` runs the kernel");
 }
 
