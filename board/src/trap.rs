@@ -3,8 +3,8 @@
 //! Timer2 reaches its compare value every second clock, so that its interrupt is pending again at once after
 //! it was taken. Of all interrupts that this crate drives only external ones have priority over it, and they
 //! are disabled during a step. So a step may spoil a character on the UART in software. A stepped critical
-//! section finds EIMSK at 0, and a change that it makes there is lost: do not step a task while it starts an
-//! external interrupt, or begins to send by that UART.
+//! section finds EIMSK at 0. An interrupt that it enables there stays enabled, but one that it disables is
+//! enabled again: do not step a task while it begins to send by that UART.
 
 use kernel::{Context, Interrupt, MaskedCell, Refused, Task, TaskHandle};
 

@@ -57,11 +57,11 @@ pub(crate) fn hold_external() -> u8 {
     held
 }
 
-/// Undoes [`hold_external`].
+/// Undoes [`hold_external`]. What was enabled meanwhile stays so.
 pub(crate) fn release_external(held: u8) {
     // SAFETY: called with interrupts masked.
     let enable = unsafe { EXINT::steal() };
-    enable.eimsk().write(|w| w.int().set(held));
+    enable.eimsk().modify(|r, w| w.int().set(r.int().bits() | held));
 }
 
 /// Interrupts at each rising edge of INT4, at pin PE4. To be called with interrupts masked.

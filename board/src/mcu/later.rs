@@ -37,8 +37,8 @@ pub(crate) fn hold_external() -> u8 {
     }
 }
 
-/// Undoes [`hold_external`].
+/// Undoes [`hold_external`]. What was enabled meanwhile stays so.
 pub(crate) fn release_external(held: u8) {
     // SAFETY: called with interrupts masked, with what the register held.
-    unsafe { EXINT::steal().eimsk().write(|w| w.bits(held)) };
+    unsafe { EXINT::steal().eimsk().modify(|r, w| w.bits(r.bits() | held)) };
 }

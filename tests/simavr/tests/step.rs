@@ -61,6 +61,18 @@ fn round(mcu: &mut Mcu) -> Vec<u32> {
 }
 
 #[test]
+fn an_external_interrupt_that_a_step_enables_stays_enabled() {
+    for target in TARGETS {
+        let mut mcu = target.mcu(target.image("step_external"));
+        mcu.drive_pin(target.button, false);
+        mcu.run_to_marker(1, 100 * MILLISECOND).expect("the task makes its steps, and waits");
+        mcu.drive_pin(target.button, true);
+        assert_eq!(mcu.run_to_end(MILLISECOND), State::Done, "{}", target.part.name);
+        assert_eq!(values(mcu.markers()), [1, 2], "{}", target.part.name);
+    }
+}
+
+#[test]
 fn a_suspended_task_steps_by_one_instruction() {
     for (target, seed) in TARGETS.into_iter().flat_map(|target| (0..3).map(move |seed| (target, seed))) {
         let name = target.part.name;
