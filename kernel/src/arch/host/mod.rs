@@ -31,8 +31,10 @@ type TaskCoroutine = Coroutine<(), (), Never>;
 
 pub(crate) const IDLE_CONTEXT: usize = 0;
 
-/// The highest byte of an address is 0.
+/// The highest byte of an address is 0, if it has 64 bits.
 pub(crate) const LINK_MARK: usize = 1 << (usize::BITS - 8);
+
+const _: () = assert!(usize::BITS == 64, "the kernel's host port needs addresses of 64 bits");
 
 /// The `stack_pointer` of the first task. Lower values mean that there is no task, or that it is being
 /// started.
