@@ -88,6 +88,21 @@ fn jobs_run_again_in_the_next_run() {
     assert_eq!(COUNT.load(Relaxed), 6);
 }
 
+/// More tasks than a process can have stacks at once.
+#[test]
+fn a_body_that_returns_gives_its_coroutine_back() {
+    static STACK: Stack<0> = Stack::new();
+    static HELPER: Stack<0> = Stack::new();
+    static HELPED: AtomicU16 = AtomicU16::new(0);
+    run_task(&STACK, 0, |task| {
+        for _ in 0..40_000 {
+            HELPER.start(task, Priority::P0, |_| HELPED.fetch_add(1, Relaxed)).expect("the stack is free");
+        }
+        wait_for_ever(task)
+    });
+    assert_eq!(HELPED.load(Relaxed), 40_000);
+}
+
 /// Makes kernel calls when its task is dropped.
 struct Parting<'a>(&'a mut Task, fn(&mut Task));
 

@@ -57,7 +57,7 @@ std::thread_local! {
 
 struct HostTask {
     control: &'static ControlBlock,
-    /// `None` while the task runs.
+    /// `None` while the task runs, and when its body has returned.
     coroutine: Option<TaskCoroutine>,
 }
 
@@ -237,7 +237,10 @@ fn run_ready() {
         let mut coroutine = coroutine.expect("a task is resumed once at a time");
         coroutine.resume(());
         YIELDER.set(ptr::null());
-        TASKS.with_borrow_mut(|tasks| tasks[index].coroutine = Some(coroutine));
+        // Where the body has returned, the coroutine is not needed any more, and a run may start very many.
+        if head.is_started(&masked) {
+            TASKS.with_borrow_mut(|tasks| tasks[index].coroutine = Some(coroutine));
+        }
         if let Some(panic) = FAILURE.take() {
             panic::resume_unwind(panic);
         }
