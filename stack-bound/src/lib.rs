@@ -8,11 +8,11 @@
 //! image has all of it, as it will run.
 //!
 //! A task's stack holds, in the worst case, the captures of its closure, its functions at their deepest, and
-//! one interrupt. That interrupt's handler runs on the kernel's stack, the rest of SRAM. For that stack the
-//! start-up code, `main` and all handlers are followed in the same way. There interrupts nest wherever the
-//! machine code enables them, also in a handler. So each vector is followed twice: from a task's stack, and
-//! from the kernel's stack, on which it stays. The kernel's `Stack::start` lists the tasks in a section of
-//! the ELF file.
+//! one interrupt, or several where handlers enable interrupts on that stack. The kernel's handlers do not:
+//! they run on the kernel's stack, the rest of SRAM. For that stack the start-up code, `main` and all
+//! handlers are followed in the same way. There interrupts nest wherever the machine code enables them, also
+//! in a handler. So each vector is followed twice: from a task's stack, and from the kernel's stack, on which
+//! it stays. The kernel's `Stack::start` lists the tasks in a section of the ELF file.
 //!
 //! # Assumptions
 //! - A call preserves Y, and pops what it pushed below its return address. (The second is checked for
@@ -62,15 +62,16 @@ const REGISTERS: u32 = 33;
 pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Vec<Problem>> {
     let mut program = Program::new(image, annotations, Found::Task);
     let mut kernel = program.start_up().kernel;
-    let on_task = interrupts(&mut program, &mut kernel);
+    let mut on_task = interrupts(&mut program, &mut kernel);
     let mut nested = Program::new(image, annotations, Found::Kernel);
     let on_kernel = interrupts(&mut nested, &mut kernel);
-    let mut context = on_task.nested(|_| true);
     if image.function(SWITCH).is_some() {
         // The kernel writes half of a preempted context from another stack, so following the code does not
-        // show it.
-        context.raise_to(&Use::of("a preempted context", u32::from(image.return_address) + REGISTERS));
+        // show it. A handler that enables interrupts on a task's stack is preempted as the task is.
+        let context = Use::of("a preempted context", u32::from(image.return_address) + REGISTERS);
+        on_task.deepest.raise_to(&context);
     }
+    let context = on_task.nested(|_| true);
     let mut stacks = Vec::new();
     for task in &image.tasks {
         let function = program.function(task.entry);

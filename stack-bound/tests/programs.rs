@@ -95,6 +95,17 @@ fn interrupts_that_nest() {
     );
 }
 
+/// The handler is preempted as the task is: a whole context lies on top of what it uses.
+#[test]
+fn an_interrupt_that_preempts_a_handler_on_a_tasks_stack() {
+    let bounds = bounds(&build("window.S", "atmega128"), "");
+    let [task, _kernel] = bounds.as_slice() else { panic!("{bounds:?}") };
+    assert_eq!(
+        steps(task),
+        [("its first context", 6), ("an interrupt", 2), ("__vector_1", 2), ("a preempted context", 35)]
+    );
+}
+
 #[test]
 fn the_program_fails_when_a_stack_is_too_small() {
     let output = Command::new(env!("CARGO_BIN_EXE_superbot-stack-bound"))
