@@ -198,11 +198,12 @@ impl<'a> Program<'a> {
             Effect::Return => {
                 let preserved = match stack_pointer {
                     StackPointer::Own(0) => state.preserved(),
-                    StackPointer::Own(_) => {
+                    // What lies there is no return address of a call: it leads anywhere.
+                    StackPointer::Own(_) | StackPointer::Fixed(_) => {
                         return Err(Problem::Return { function: name.to_owned(), address });
                     }
-                    StackPointer::Fixed(_) | StackPointer::Elsewhere if state.is_saved => PRESERVED,
-                    StackPointer::Fixed(_) | StackPointer::Elsewhere => return Ok(Vec::new()),
+                    StackPointer::Elsewhere if state.is_saved => PRESERVED,
+                    StackPointer::Elsewhere => return Ok(Vec::new()),
                 };
                 let here = Return { preserved, enables_interrupts: state.enables_interrupts() };
                 function.returns = Some(here.or(function.returns));
