@@ -14,7 +14,10 @@ pub struct Node {
     /// Without the cycles that an edge adds; see [`timing::cycles`](crate::timing::cycles).
     pub cycles: Option<u32>,
     /// The places that may follow, and how many cycles more each takes. After a call: once it has returned.
+    /// None follows `sleep`, after which an unknown time passes.
     pub next: Vec<(Place, u32)>,
+    /// The place that follows `sleep`, once an interrupt has ended the sleep.
+    pub wakes: Option<Place>,
     /// The start addresses of the functions of which it calls one.
     pub calls: Vec<u32>,
     /// Its effect on the interrupt flag.

@@ -174,7 +174,7 @@ impl<'a> Program<'a> {
         let cycles = |at| timing::cycles(flash, at, self.image.return_address);
         node.cycles = parts.map(|at| Some(cycles(at)? + timing::waits_for_eeprom(flash, at))).sum();
         if timing::is_sleep(flash, address) {
-            node.next.clear();
+            node.wakes = node.next.drain(..).next().map(|(to, _)| to);
         }
     }
 

@@ -20,6 +20,7 @@
 //!   function in which it began. (For nested sections that is checked.)
 //! - After a return from an interrupt the program executes an instruction, which may mask interrupts. That
 //!   happens once while an interrupt waits, or while one waits that is to wake a task.
+//! - Tasks leave `sleep` to the kernel's idle task: a job that sleeps has no path to its end.
 //! - Start-up, until the first task runs, is not covered.
 
 mod bounds;

@@ -86,6 +86,8 @@ impl<'a> Stretcher<'a> {
             for after in self.add(place, node, mode, begins, flow, &mut ways)? {
                 returns[usize::from(after != Mode::Enabled)] |= node.next.is_empty();
                 due.extend(node.next.iter().map(|&(to, _)| (to, after)));
+                // Only an interrupt that is enabled ends a sleep.
+                due.extend(node.wakes.filter(|_| after == Mode::Enabled).map(|to| (to, after)));
             }
         }
         ways.bound(self.image, flow, self.facts)?;

@@ -84,6 +84,13 @@ fn sections_without_an_instruction_between_them_are_one_stretch() {
 }
 
 #[test]
+fn what_a_task_masks_behind_a_sleep_counts() {
+    let image = Image::load(built("sleep.S")).expect("avr-gcc makes an AVR image");
+    let bounds = Bounds::new(&image, &Annotations::default(), &Notes::default()).expect("there are bounds");
+    assert_eq!(bounds.tasks[0].masked, 4);
+}
+
+#[test]
 fn the_core_waits_for_the_eeprom() {
     let image = Image::load(built("eeprom.S")).expect("avr-gcc makes an AVR image");
     let notes = Notes::parse("task = job", &image).expect("the note fits the image");
