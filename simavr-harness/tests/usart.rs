@@ -44,27 +44,43 @@ fn a_byte_is_received_at_the_end_of_its_frame() {
     }
 }
 
+const DOR: u8 = 0x08;
+
+/// The status and the data of each byte that a late program reads, and the number of overruns. The first of
+/// `bytes` begins `before` cycles before the program reads.
+fn read_late(bytes: u8, before: u64) -> (Vec<(u8, u8)>, u64) {
+    let image = build_with("usart.c", &["LATE"]);
+    let mut idle = mcu(&image);
+    assert_eq!(idle.run_to_end(100_000), State::Done);
+    let begin = idle.cycle() - before;
+    let mut mcu = mcu(&image);
+    mcu.run_to_marker(1, 10_000).unwrap();
+    for value in 1..=bytes {
+        let start = begin + u64::from(value - 1) * FRAME;
+        mcu.receive(0, Character { value, start, end: start + FRAME });
+    }
+    assert_eq!(mcu.run_to_end(100_000), State::Done);
+    let counts = mcu.usart_counts(0).unwrap();
+    assert_eq!(counts.received, bytes.into());
+    let read = marked(&mcu)[1..].chunks(2).map(|pair| (pair[0] & DOR, pair[1])).collect();
+    (read, counts.overrun)
+}
+
 /// Two bytes wait in the buffer and one in the shift register. Each further byte replaces the one in the
 /// shift register.
 #[test]
 fn bytes_not_read_in_time_are_lost_and_the_loss_is_flagged() {
-    const DOR: u8 = 0x08;
-    let status_and_data = |bytes: u8| {
-        let mut mcu = mcu(&build_with("usart.c", &["LATE"]));
-        let start = mcu.run_to_marker(1, 10_000).unwrap().cycle;
-        for value in 1..=bytes {
-            let start = start + u64::from(value) * FRAME;
-            mcu.receive(0, Character { value, start, end: start + FRAME });
-        }
-        assert_eq!(mcu.run_to_end(100_000), State::Done);
-        let counts = mcu.usart_counts(0).unwrap();
-        assert_eq!(counts.received, bytes.into());
-        let read: Vec<_> = marked(&mcu)[1..].chunks(2).map(|pair| (pair[0] & DOR, pair[1])).collect();
-        (read, counts.overrun)
-    };
-    assert_eq!(status_and_data(2), (vec![(0, 1), (0, 2)], 0));
-    assert_eq!(status_and_data(3), (vec![(0, 1), (0, 2), (0, 3)], 0));
-    assert_eq!(status_and_data(5), (vec![(DOR, 1), (0, 2), (0, 5)], 2));
+    assert_eq!(read_late(2, 6 * FRAME), (vec![(0, 1), (0, 2)], 0));
+    assert_eq!(read_late(3, 6 * FRAME), (vec![(0, 1), (0, 2), (0, 3)], 0));
+    assert_eq!(read_late(5, 6 * FRAME), (vec![(DOR, 1), (0, 2), (0, 5)], 2));
+}
+
+/// A byte is lost when the start bit of another one comes, not at the end of that one.
+#[test]
+fn a_read_after_the_start_bit_of_a_byte_too_many_comes_too_late() {
+    assert_eq!(read_late(4, 3 * FRAME + FRAME / 2), (vec![(0, 1), (DOR, 2), (0, 4)], 1));
+    let in_time = (vec![(0, 1), (0, 2), (0, 3), (0, 4)], 0);
+    assert_eq!(read_late(4, 3 * FRAME - FRAME / 2), in_time);
 }
 
 #[test]

@@ -6,8 +6,9 @@
 //! USARTs can deliver a byte at the end of its frame. That code also decides whether a module hears its own
 //! transmission.
 //!
-//! Simplified: an overrun sets DOR at the end of the frame that is too many, not at its start bit. Until then
-//! a read of UDR still prevents the overrun. No character that comes in has a framing error.
+//! Simplified: an overrun, which happens at the start bit of the frame that is too many, shows at the end of
+//! that frame. What the program has read meanwhile can't be lost any more, so the new frame is lost in its
+//! place. No character that comes in has a framing error.
 
 use std::collections::VecDeque;
 
@@ -59,6 +60,8 @@ struct Receiver {
     arriving: VecDeque<Character>,
     /// Two bytes of buffer, then the shift register.
     held: VecDeque<u8>,
+    /// The cycle at which the program last made room where there was none.
+    room_since: u64,
 }
 
 /// The receive buffer and the shift register behind it.
@@ -97,6 +100,14 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static UsartRegisters) -> Option<Att
     Some(Attached::new(cpu, usart, &[udr, ucsra, ucsrb], &[udr]))
 }
 
+impl Receiver {
+    /// Drops what has come in. Characters on the wire stay there.
+    fn flush(&mut self) {
+        self.held.clear();
+        self.room_since = 0;
+    }
+}
+
 impl UsartRegisters {
     /// Length of a frame in cycles by the present registers: start bit, 5 to 9 data bits, parity, stop
     /// bits (section "Frame Formats").
@@ -123,7 +134,7 @@ impl Usart {
     pub fn reset(&mut self, cpu: Cpu) {
         self.transmitter.buffer = None;
         self.transmitter.shifting_until = None;
-        self.receiver.held.clear();
+        self.receiver.flush();
         cpu.set_data(self.registers.ucsra, UDRE);
         cpu.set_data(self.registers.ucsrb, 0);
         cpu.set_data(self.registers.ucsrc, EIGHT_BITS);
@@ -185,19 +196,21 @@ impl Usart {
         }
     }
 
-    fn end_of_received_frame(&mut self, cpu: Cpu, value: u8) {
+    fn end_of_received_frame(&mut self, cpu: Cpu, Character { value, start, .. }: Character) {
         if !self.receiver_is_on(cpu) {
             self.counts.unheard += 1;
             return;
         }
-        if self.receiver.held.len() == RECEIVER_HOLDS {
-            // The new byte was shifted in over the one that waited in the shift register.
-            self.receiver.held.pop_back();
+        self.counts.received += 1;
+        if self.receiver.held.len() == RECEIVER_HOLDS || start < self.receiver.room_since {
             self.set_status(cpu, DOR, true);
             self.counts.overrun += 1;
+            // The new byte was shifted in over the one that waited in the shift register.
+            if self.receiver.held.pop_back().is_none() {
+                return;
+            }
         }
         self.receiver.held.push_back(value);
-        self.counts.received += 1;
         self.set_status(cpu, RXC, true);
     }
 
@@ -221,7 +234,7 @@ impl Usart {
     fn write_control(&mut self, cpu: Cpu, value: u8) {
         cpu.set_data(self.registers.ucsrb, value);
         if value & RXEN == 0 {
-            self.receiver.held.clear();
+            self.receiver.flush();
             self.set_status(cpu, RXC | DOR, false);
         }
     }
@@ -240,6 +253,9 @@ impl Device for Usart {
     }
 
     fn read(&mut self, cpu: Cpu, _udr: u16) -> u8 {
+        if self.receiver.held.len() == RECEIVER_HOLDS {
+            self.receiver.room_since = cpu.cycle();
+        }
         let value = self.receiver.held.pop_front();
         self.set_status(cpu, DOR, false);
         self.set_status(cpu, RXC, !self.receiver.held.is_empty());
@@ -259,7 +275,7 @@ impl Device for Usart {
         if self.receiver.arriving.front().is_some_and(|character| character.end == now)
             && let Some(character) = self.receiver.arriving.pop_front()
         {
-            self.end_of_received_frame(cpu, character.value);
+            self.end_of_received_frame(cpu, character);
         }
         self.refresh(cpu);
     }
