@@ -42,9 +42,11 @@ fn results_are_parts_of_the_reference() {
         let values: Vec<u8> = mcu.markers().iter().map(|marker| marker.value).collect();
         // Writing a one has cleared the flag, and no conversion is under way.
         assert_eq!((values[2], &values[5..8]), (0, &values[..3]));
-        let result = |mark: usize| u16::from_le_bytes([values[mark], values[mark + 1]]);
-        let [first, second] = [result(3), result(8)];
+        let [first, second, moved] =
+            [3, 8, 10].map(|mark| u16::from_le_bytes([values[mark], values[mark + 1]]));
         assert!(first < second || second == 0, "the first one with a reference is off: {first}, {second}");
+        let is_left = reference & LEFT != 0;
+        assert_eq!(moved, if is_left { second >> 6 } else { second << 6 }, "ADLAR takes effect at once");
         second
     };
     assert_eq!(result(0, AVCC), 0);

@@ -67,6 +67,8 @@ pub(crate) struct Adc {
     /// REFS of the last conversion; `None` before the first one after a reset.
     reference: Option<u8>,
     conversion: Option<Conversion>,
+    /// The last result that was stored.
+    result: u16,
     /// ADCL was read and ADCH not yet: no new result is stored.
     is_locked: bool,
 }
@@ -87,10 +89,11 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static AdcRegisters) -> Option<Attac
         has_converted: false,
         reference: None,
         conversion: None,
+        result: 0,
         is_locked: false,
     };
     make_plain(cpu, &[adcl, adch, adcsra, admux]);
-    Some(Attached::new(cpu, adc, &[adcsra], &[adcl, adch]))
+    Some(Attached::new(cpu, adc, &[adcsra, admux], &[adcl, adch]))
 }
 
 impl Adc {
@@ -98,6 +101,7 @@ impl Adc {
     pub fn reset(&mut self, cpu: Cpu) {
         self.switch_off();
         self.reference = None;
+        self.result = 0;
         self.is_locked = false;
         let &AdcRegisters { adcl, adch, adcsra, admux, .. } = self.registers;
         for address in [adcl, adch, adcsra, admux] {
@@ -176,15 +180,28 @@ impl Adc {
         self.show_whether_converting(cpu);
     }
 
+    /// Shows the last result. A change of ADLAR moves it at once.
+    fn show_result(&self, cpu: Cpu) {
+        let is_left_adjusted = cpu.data(self.registers.admux) & ADLAR != 0;
+        let [low, high] = (self.result << if is_left_adjusted { 6 } else { 0 }).to_le_bytes();
+        cpu.set_data(self.registers.adcl, low);
+        cpu.set_data(self.registers.adch, high);
+    }
+
     fn show_whether_converting(&self, cpu: Cpu) {
         cpu.set_bits(self.registers.adcsra, ADSC, self.conversion.is_some());
     }
 }
 
 impl Device for Adc {
-    fn write(&mut self, cpu: Cpu, _adcsra: u16, value: u8) {
-        self.write_control(cpu, value);
-        interrupt::refresh(cpu, self.complete);
+    fn write(&mut self, cpu: Cpu, address: u16, value: u8) {
+        if address == self.registers.admux {
+            cpu.set_data(address, value);
+            self.show_result(cpu);
+        } else {
+            self.write_control(cpu, value);
+            interrupt::refresh(cpu, self.complete);
+        }
     }
 
     fn read(&mut self, cpu: Cpu, address: u16) -> u8 {
@@ -199,10 +216,8 @@ impl Device for Adc {
     fn expire(&mut self, cpu: Cpu, now: u64) {
         let Some(conversion) = self.conversion.take() else { return };
         if !self.is_locked {
-            let is_left_adjusted = cpu.data(self.registers.admux) & ADLAR != 0;
-            let [low, high] = (conversion.result << if is_left_adjusted { 6 } else { 0 }).to_le_bytes();
-            cpu.set_data(self.registers.adcl, low);
-            cpu.set_data(self.registers.adch, high);
+            self.result = conversion.result;
+            self.show_result(cpu);
         }
         cpu.set_bits(self.registers.adcsra, ADIF, true);
         if cpu.data(self.registers.adcsra) & ADFR != 0 {
