@@ -62,12 +62,23 @@ fn interrupts_come_in_time_though_the_core_waits_for_reads() {
     }
 }
 
-#[test]
-fn eewe_counts_only_within_four_cycles_of_eemwe() {
-    let mut mcu = mcu(&build_with("eeprom.c", &["LATE"]));
+fn nothing_is_written_with(define: &str) {
+    let mut mcu = mcu(&build_with("eeprom.c", &[define]));
     assert_eq!(mcu.run_to_end(WRITE), State::Done);
     assert_eq!(marked(&mcu), [0, 0xaa, 0, 3, 4, 0xff]);
     assert!(mcu.eeprom().iter().all(|byte| *byte == 0xff));
+}
+
+#[test]
+fn eewe_counts_only_within_four_cycles_of_eemwe() {
+    nothing_is_written_with("LATE");
+}
+
+/// "Write a logical one to the EEMWE bit while writing a zero to EEWE" (section "The EEPROM Control
+/// Register").
+#[test]
+fn eemwe_is_not_set_together_with_eewe() {
+    nothing_is_written_with("TOGETHER");
 }
 
 #[test]

@@ -102,7 +102,7 @@ impl Eeprom {
             let address = self.address(cpu);
             self.contents[address] = cpu.data(self.registers.eedr);
             cpu.halt(WRITE_HALT);
-        } else if value & EEMWE != 0 {
+        } else if value & (EEMWE | EEWE) == EEMWE {
             self.writable_until = self.writable_until.or(Some(now + MASTER_WRITE_CYCLES));
         }
         if self.writing_until.is_none() && value & EERE != 0 {
