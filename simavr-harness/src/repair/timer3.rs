@@ -264,7 +264,7 @@ impl Device for Timer3 {
             return;
         }
         let is_wanted = (cpu.data(TCCR3B) & RISING != 0) == is_high;
-        if is_wanted && self.mode == Mode::Normal {
+        if is_wanted && self.mode != Mode::Other {
             let [low, high] = self.counter(cpu.cycle()).to_le_bytes();
             cpu.set_data(ICR3L, low);
             cpu.set_data(ICR3H, high);
