@@ -441,12 +441,16 @@ impl Cpu {
         }
     }
 
-    /// Sets the reset flag of `cause` in MCUCSR. Only power-on clears the other flags.
-    pub fn note_reset(self, cause: Reset) {
+    /// The reset flags: of a power-on, of an external reset, of a brown-out and of the watchdog.
+    pub fn reset_flags(self) -> [RegisterBits; 4] {
         // SAFETY: the instance is alive by the type's invariant.
         let flags = unsafe { (*self.as_ptr()).reset_flags };
-        let [power_on, external, brown_out, watchdog] =
-            [flags.porf, flags.extrf, flags.borf, flags.wdrf].map(RegisterBits::from);
+        [flags.porf, flags.extrf, flags.borf, flags.wdrf].map(RegisterBits::from)
+    }
+
+    /// Sets the reset flag of `cause` in MCUCSR. Only power-on clears the other flags.
+    pub fn note_reset(self, cause: Reset) {
+        let [power_on, external, brown_out, watchdog] = self.reset_flags();
         let cause = match cause {
             Reset::PowerOn => {
                 for bits in [external, brown_out, watchdog] {

@@ -101,6 +101,13 @@ fn a_reset_keeps_the_clock_and_the_memory() {
     assert_eq!(mcu.resets(), 3);
 }
 
+#[test]
+fn a_program_clears_reset_flags_and_sets_none() {
+    let mut mcu = mcu(&build_with("program.c", &["FLAGS"]));
+    assert_eq!(mcu.run_to_end(10_000), State::Done);
+    assert_eq!(marked(&mcu), [PORF, PORF, 0, 0x55]);
+}
+
 /// The outside drives bit 5 low and bit 1 high. Then the program switches the pull-ups of bits 7 to 4 on.
 /// Then it makes bits 3 to 0 outputs, of which bits 2 and 0 are high.
 #[test]

@@ -6,6 +6,7 @@ pub(crate) mod external;
 pub(crate) mod interrupt;
 pub(crate) mod pins;
 pub(crate) mod rampz;
+pub(crate) mod reset_flags;
 pub(crate) mod spm;
 pub(crate) mod timer1;
 pub(crate) mod timer3;
