@@ -584,8 +584,7 @@ impl Cpu {
         pull.set_value(driven.levels.into());
         // SAFETY: simavr reads `pull` during the call only.
         unsafe { ffi::avr_ioctl(self.as_ptr(), ioctl(b"iop", port), (&raw mut pull).cast()) };
-        // SAFETY: a pin that the part does not have is null, which `avr_raise_irq` ignores.
-        unsafe { ffi::avr_raise_irq(self.pin_irq(port, bit), level.into()) };
+        self.signal_pin(port, bit, level.into());
     }
 
     /// simavr's signal of a pin; null if the part does not have it.
@@ -594,10 +593,18 @@ impl Cpu {
         unsafe { ffi::avr_io_getirq(self.as_ptr(), ioctl(b"iog", port), c_int::from(bit)) }
     }
 
+    /// Signals a value at a pin; nothing if the part does not have it.
+    fn signal_pin(self, port: char, bit: u8, value: u32) {
+        let pin = self.pin_irq(port, bit);
+        if !pin.is_null() {
+            // SAFETY: the signal lives as long as the instance.
+            unsafe { ffi::avr_raise_irq(pin, value) }
+        }
+    }
+
     /// Sets a pin to the level that a compare unit outputs.
     pub fn output_pin(self, port: char, bit: u8, level: bool) {
-        // SAFETY: the instance is alive by the type's invariant; simavr ignores a null signal.
-        unsafe { ffi::avr_raise_irq(self.pin_irq(port, bit), ffi::AVR_IOPORT_OUTPUT | u32::from(level)) }
+        self.signal_pin(port, bit, ffi::AVR_IOPORT_OUTPUT | u32::from(level));
     }
 
     /// Disconnects the capture unit of simavr's timer `timer` from a pin.

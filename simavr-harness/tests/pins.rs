@@ -1,11 +1,12 @@
 //! Tests that PINx of the ATmega128 is read-only, and that on later parts a write to it toggles PORTx.
+//! Pins that a part does not have do nothing.
 
 mod common;
 
 use std::sync::Arc;
 
-use common::{build_for, marked};
-use simavr_harness::{Mcu, Part, State};
+use common::{build_for, marked, mcu_of};
+use simavr_harness::{Mcu, Part, Pin, State};
 
 #[test]
 fn a_write_to_pinx_toggles_portx_on_later_parts_alone() {
@@ -17,5 +18,20 @@ fn a_write_to_pinx_toggles_portx_on_later_parts_alone() {
             assert_eq!(mcu.run_to_end(10_000), State::Done);
             assert_eq!(marked(&mcu), [level; 2].repeat(ports), "{}", part.name);
         }
+    }
+}
+
+#[test]
+fn a_pin_that_a_part_does_not_have_does_nothing() {
+    for part in Part::ALL {
+        let mut mcu = mcu_of(part, "pins.c", &[]);
+        for port in 'A'..='Z' {
+            let pin = Pin { port, bit: 7 };
+            mcu.add_probe(pin);
+            mcu.drive_pin(pin, true);
+            mcu.drive_pin(pin, false);
+        }
+        assert!(!mcu.pin(Pin { port: 'Z', bit: 7 }));
+        assert_eq!(mcu.run_to_end(10_000), State::Done, "{}", part.name);
     }
 }
