@@ -131,6 +131,10 @@ impl Cpu {
             let instance = avr.as_ptr();
             (*instance).custom.data = Box::into_raw(control).cast();
             ffi::avr_init(instance);
+            // simavr's table of registers is shorter than the space for them on a part with many, and writes
+            // do not check its end. What lies beyond, no register of these parts, is memory like SRAM.
+            let registers_end = IO_START + (*instance).io.len() as u16;
+            (*instance).ioend = (*instance).ioend.min(registers_end - 1);
             (*instance).frequency = frequency_hz;
             (*instance).vcc = 5000;
             (*instance).avcc = 5000;
@@ -353,7 +357,7 @@ impl Cpu {
         unsafe { usize::from((*self.as_ptr()).ramend) + 1 }
     }
 
-    /// First address of SRAM.
+    /// First address of SRAM, or of the memory that simavr has in place of registers before it.
     pub fn ram_start(self) -> u16 {
         // SAFETY: the instance is alive by the type's invariant.
         unsafe { (*self.as_ptr()).ioend + 1 }

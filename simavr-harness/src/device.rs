@@ -253,13 +253,6 @@ unsafe extern "C" fn wrapped_write(
     }
 }
 
-/// The data address after the last register that can have a handler in simavr. Some parts have a few
-/// registers beyond it, which simavr treats as memory.
-pub(crate) fn io_end(cpu: Cpu) -> u16 {
-    // SAFETY: the instance is alive by the invariant of `Cpu`, and the table is an array in it.
-    IO_START + unsafe { (*cpu.as_ptr()).io.len() } as u16
-}
-
 /// Whether simavr has a write handler at `address`.
 pub(crate) fn has_write_handler(cpu: Cpu, address: u16) -> bool {
     // SAFETY: the instance is alive; the index is checked.

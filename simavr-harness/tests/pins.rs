@@ -1,5 +1,5 @@
 //! Tests that PINx of the ATmega128 is read-only, and that on later parts a write to it toggles PORTx.
-//! Pins that a part does not have do nothing.
+//! Pins that a part does not have, and addresses without a register, do nothing.
 
 mod common;
 
@@ -33,5 +33,16 @@ fn a_pin_that_a_part_does_not_have_does_nothing() {
         }
         assert!(!mcu.pin(Pin { port: 'Z', bit: 7 }));
         assert_eq!(mcu.run_to_end(10_000), State::Done, "{}", part.name);
+    }
+}
+
+#[test]
+fn a_program_may_write_where_a_part_has_no_register() {
+    let image = build_for(Part::ATMEGA2560, "reserved.c", &[]);
+    let undecoded = Arc::new(Arc::unwrap_or_clone(image.clone()).undecoded());
+    for image in [image, undecoded] {
+        let mut mcu = Mcu::new(Part::ATMEGA2560, image, 1).expect("the image fits the part");
+        assert_eq!(mcu.run_to_end(10_000), State::Done);
+        assert_eq!(marked(&mcu), [1]);
     }
 }

@@ -8,13 +8,13 @@
 //! that leaves a handler in other ways than by RETI.
 
 use crate::cpu::{Cpu, IO_START, RegisterBits, Vector};
-use crate::device::{WrappedWrites, has_write_handler, io_end};
+use crate::device::{WrappedWrites, has_write_handler};
 
 /// Wraps every register whose write may change which interrupts are pending. Wraps every other register with
 /// a handler in simavr, too, so that none of them makes a run miss its deadline.
 pub(crate) fn install(cpu: Cpu) -> WrappedWrites {
     let mut wrapped = WrappedWrites::default();
-    for address in IO_START..cpu.ram_start().min(io_end(cpu)) {
+    for address in IO_START..cpu.ram_start() {
         let holds = |bits: RegisterBits| bits.mask != 0 && bits.address == address;
         let concerns = |vector: &Vector| holds(vector.flag_bit()) || holds(vector.enable_bit());
         let vectors: Vec<Vector> = cpu.vectors().filter(concerns).collect();
