@@ -56,8 +56,8 @@ impl Memory {
         Memory { record: None, is_kept: true, number: 0, place: PLACES - 1, written: 0, worn: 0 }
     }
 
-    /// Reads the record that was kept last, if there is one. Call it once, before the first
-    /// [step](Self::step). A record that was [to be kept](Self::keep) before that still is.
+    /// Reads the record that was kept last, if there is one. Call it before the first [step](Self::step). A
+    /// record that was [to be kept](Self::keep) before that still is.
     #[inline(never)] // keeps its stack frame out of the caller's
     pub fn recall(&mut self, cells: &mut impl Cells) -> Option<Record> {
         let mut newest = None;

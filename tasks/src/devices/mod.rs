@@ -192,12 +192,12 @@ impl<const N: usize> Devices<N> {
             return true;
         }
         if !self.is_recalled {
-            self.is_recalled = true;
-            if let Some(record) = self.memory.recall(around) {
-                around.report(TaskCode::MEMORY, TaskCode::HORMONE, Report::Kept(record));
-            }
+            // A report that finds no room is repeated the next time.
+            self.is_recalled = self.memory.recall(around).is_none_or(|record| {
+                around.report(TaskCode::MEMORY, TaskCode::HORMONE, Report::Kept(record))
+            });
         }
-        self.memory.step(around)
+        !self.is_recalled || self.memory.step(around)
     }
 
     /// The index of a joint among those of this MCU.

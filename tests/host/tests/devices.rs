@@ -7,7 +7,7 @@ use kernel::{Interrupt, Priority, Semaphore, Stack, Task, Ticks, host};
 use plants::dock::{Latch, reflected};
 use plants::joint::{Joint as Plant, counts};
 use tasks::device::{JointMotors, Peripherals, Quantity};
-use tasks::devices::memory::{Cells, Memory};
+use tasks::devices::memory::{Cells, Memory, Record};
 use tasks::devices::task::{self as devices, Desk};
 use tasks::dock::Dock;
 use tasks::docking::latch::{End, EndSwitches, Failure, State as LatchState};
@@ -1046,15 +1046,36 @@ impl Cells for Bytes {
     }
 }
 
+/// Keeps a record before the devices' task reads the memory.
+fn keep(client: &mut Client, record: Record) {
+    let mut bytes = Bytes(client.world().eeprom);
+    let mut memory = Memory::new();
+    memory.recall(&mut bytes);
+    memory.keep(record);
+    while memory.step(&mut bytes) {}
+    client.world().eeprom = bytes.0;
+}
+
+/// Without it the module would walk by the gait of its image.
+#[test]
+fn a_kept_record_that_finds_no_room_is_told_once_there_is() {
+    run::<false>(|client| {
+        keep(client, [1; 4]);
+        client.fill();
+        client.task.delay(100);
+        let told = client.reports(100);
+        let kept = told.iter().filter(|report| **report == Report::Kept([1; 4]));
+        assert_eq!(kept.count(), 1, "{told:?}");
+        client.ask(Request::Keep([2; 4]));
+        client.within(500);
+        assert_eq!(Memory::new().recall(&mut Bytes(client.world().eeprom)), Some([2; 4]));
+    });
+}
+
 #[test]
 fn what_is_to_be_kept_before_the_memory_was_read_is_kept() {
     let world = run::<false>(|client| {
-        let mut bytes = Bytes(client.world().eeprom);
-        let mut memory = Memory::new();
-        memory.recall(&mut bytes);
-        memory.keep([1; 4]);
-        while memory.step(&mut bytes) {}
-        client.world().eeprom = bytes.0;
+        keep(client, [1; 4]);
         client.ask(Request::Keep([2; 4]));
         assert!(client.reports(500).contains(&Report::Kept([1; 4])));
     });
