@@ -113,9 +113,12 @@ impl DockingMotor {
         matches!(self.state, State::MovingTo(_))
     }
 
-    /// Moves the latch to `end`.
+    /// Moves the latch to `end`. A motor on its way there goes on: else an order that is repeated would put
+    /// off the end of a jam.
     pub fn move_to(&mut self, end: End) {
-        *self = DockingMotor { state: State::MovingTo(end), running: 0, strained: 0 };
+        if self.state != State::MovingTo(end) {
+            *self = DockingMotor { state: State::MovingTo(end), running: 0, strained: 0 };
+        }
     }
 
     /// Switches the motor off, wherever the latch is.

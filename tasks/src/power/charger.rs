@@ -98,9 +98,12 @@ impl Charger {
         self.state == State::Charging
     }
 
-    /// Begins to charge.
+    /// Begins to charge. A charger that charges or pauses goes on: else an order that is repeated would put
+    /// off its limits, and charge a hot battery.
     pub fn start(&mut self) {
-        *self = Charger { state: State::Charging, looks: 0, without: 0 };
+        if !matches!(self.state, State::Charging | State::Paused) {
+            *self = Charger { state: State::Charging, looks: 0, without: 0 };
+        }
     }
 
     /// Ends charging.
@@ -196,6 +199,25 @@ mod tests {
         let mut charger = charging();
         let looks = (1..).find(|_| charger.look(GOOD).is_some());
         assert_eq!((looks, charger.state()), (Some(4 * 3_600 * 4), State::Failed), "after four hours");
+    }
+
+    #[test]
+    fn orders_that_are_repeated_put_none_of_its_limits_off() {
+        let nothing = Look { current: 0, ..GOOD };
+        for (looks, seen, expected) in [
+            (u32::from(TIME_OUT), GOOD, State::Failed),
+            (u32::from(PATIENCE), nothing, State::Failed),
+            (100, Look { temperature: HOT + 1, ..GOOD }, State::Paused),
+        ] {
+            let mut charger = charging();
+            for _ in 0..looks {
+                charger.start();
+                charger.look(seen);
+            }
+            assert_eq!(charger.state(), expected);
+            charger.start();
+            assert_eq!(charger.is_on(), expected == State::Failed, "what has failed is tried again");
+        }
     }
 
     #[test]

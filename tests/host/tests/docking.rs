@@ -49,6 +49,25 @@ fn what_is_in_the_way_stops_the_motor() {
     assert_eq!(motor.state(), State::At(End::Released));
 }
 
+/// A client that repeats its order burns no motor.
+#[test]
+fn an_order_that_is_repeated_does_not_put_off_the_end_of_a_jam() {
+    let (mut motor, mut latch) = (DockingMotor::new(), Latch::at(0.0));
+    latch.blocked_at = Some(0.5);
+    let mut periods = 0;
+    loop {
+        motor.move_to(End::Latched);
+        let switches = EndSwitches { is_released: latch.is_released(), is_latched: latch.is_latched() };
+        if motor.step(switches, latch.amperes() > LIMIT).is_none() {
+            break;
+        }
+        latch.step(1, f64::from(PERIOD_MS) / 1000.0);
+        periods += 1;
+        assert!(periods < 500 / PERIOD_MS, "the motor is still on");
+    }
+    assert_eq!(motor.state(), State::Failed(Failure::Jammed));
+}
+
 /// At the end of its travel the latch stands still, and the current shows it.
 #[test]
 fn a_broken_switch_does_not_burn_the_motor() {
