@@ -18,6 +18,10 @@ static TRANSACTION: MaskedCell<Transaction> = MaskedCell::new(Transaction::NONE)
 static OPERATIONS: MaskedCell<Lent> = MaskedCell::new(Lent(NO_OPERATIONS));
 static IS_ENDED: Semaphore = Semaphore::new(0);
 
+/// Whether the program has started [`I2c`]. In one that never does, the compiler leaves nothing of
+/// transactions.
+static IS_STARTED: MaskedCell<bool> = MaskedCell::new(false);
+
 /// The operations of a transaction.
 #[derive(Clone, Copy)]
 struct Lent(*mut [Operation<'static>]);
@@ -41,7 +45,10 @@ impl I2c {
     pub fn start(self, _: impl Serves<I2c>, context: &mut impl Context) -> Master {
         // Without packets TWAR keeps 0x7f, an address that I2C reserves, so no master addresses this MCU.
         set_bit_rate();
-        context.mask(|masked| request(masked, ENABLED));
+        context.mask(|masked| {
+            IS_STARTED.set(masked, true);
+            request(masked, ENABLED);
+        });
         Master(())
     }
 }
@@ -62,7 +69,9 @@ impl Master {
 
 impl i2c::ErrorType for WithTask<'_, Master> {
     /// `NoAcknowledge` of the address or of a byte; or `Bus`, also if that error occurred while the
-    /// transaction waited for the bus. A lost arbitration is no error: the transaction is tried again.
+    /// transaction waited for the bus, or if the bus was [freed](tasks::device::Bus::free) for packets: the
+    /// bridge does so where one has waited for 5 ms. A lost arbitration is no error: the transaction is tried
+    /// again.
     type Error = ErrorKind;
 }
 
@@ -90,6 +99,22 @@ impl i2c::I2c for WithTask<'_, Master> {
             }
         }
     }
+}
+
+/// The bus was freed: ends a transaction that is under way or waits. Returns whether there was one; then its
+/// task is to be [woken](wake).
+pub(super) fn break_off(masked: &Masked) -> bool {
+    IS_STARTED.get(masked) && {
+        let mut transaction = TRANSACTION.get(masked);
+        let is_under_way = transaction.break_off();
+        TRANSACTION.set(masked, transaction);
+        is_under_way
+    }
+}
+
+/// Wakes the task whose transaction has ended.
+pub(super) fn wake(task: &mut Task) {
+    IS_ENDED.post(task);
 }
 
 /// The interrupt "Two-wire Serial Interface" in a program with packets and transactions.

@@ -5,6 +5,7 @@ use tasks::device::{Bus, Transfer};
 
 use super::control::{ACKNOWLEDGE, ENABLED, GO_ON, HELD, INTERRUPT, START, STOP};
 use super::engine::{CAPACITY, Data, Engine};
+use super::i2c;
 use super::registers::{data, request, set_bit_rate, set_control, set_data, set_own_address, status, twsr};
 use super::stream::{Ended, Streams};
 use super::wires::{self, Wire};
@@ -165,7 +166,7 @@ impl Bus for Interface {
         wires::pull(task, Wire::Data, true);
         wires::pull(task, Wire::Clock, false);
         wires::pull(task, Wire::Data, false);
-        task.mask(|masked| {
+        let ends_transaction = task.mask(|masked| {
             PACKETS.settle_by_call(masked);
             let mut engine = PACKETS.engine.get(masked);
             engine.reset();
@@ -174,7 +175,11 @@ impl Bus for Interface {
             let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
             // A status from before the interface was switched off may still wait for its answer.
             set_control(masked, ENABLED | INTERRUPT | acknowledge);
+            i2c::break_off(masked)
         });
+        if ends_transaction {
+            i2c::wake(task);
+        }
     }
 
     fn outcome(&mut self, task: &mut Task) -> Option<Transfer> {

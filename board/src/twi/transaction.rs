@@ -127,6 +127,15 @@ impl Transaction {
         }
     }
 
+    /// Ends it, unless it has ended. Returns whether it was under way.
+    pub fn break_off(&mut self) -> bool {
+        let is_under_way = self.outcome().is_none();
+        if is_under_way {
+            self.end(Err(Bus));
+        }
+        is_under_way
+    }
+
     fn begin_run(&mut self, operations: &[Operation]) -> Step {
         self.next = 0;
         self.unread = 0;

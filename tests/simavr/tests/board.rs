@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 
 use simavr_harness::{
-    Character, Controller, Engine, Images, Mcu, Multiplexer, Pin, Place, Reset, RobotBuilder, State,
-    WhileWriting,
+    Bus, Character, Controller, Engine, Images, Mcu, Multiplexer, Pin, Place, Reset, RobotBuilder, State,
+    WhileWriting, lockstep,
 };
 use superbot_tests_simavr::marks::values;
 use superbot_tests_simavr::{MILLISECOND, image, mcu, mcu_with_seed};
@@ -52,6 +52,51 @@ fn a_slice_is_done_with_when_it_is_sent_and_not_when_a_signal_says_so() {
         let (begin, end) = (marks[0].cycle, marks[1].cycle);
         assert!(sent.iter().all(|character| begin <= character.start && character.end <= end));
     }
+}
+
+/// Runs programs whose MCUs share a bus. Returns their marks.
+fn on_one_bus(names: &[&str], milliseconds: u64) -> Vec<Vec<u8>> {
+    let mut mcus: Vec<Mcu> = names.iter().map(|name| mcu(name)).collect();
+    let mut bus = Bus::new(mcus.len());
+    lockstep::run_until(&mut mcus, &mut bus, milliseconds * MILLISECOND, u64::MAX);
+    mcus.iter().map(|mcu| values(mcu.markers())).collect()
+}
+
+/// The steps, and the statuses at the device, stand in `board_i2c`.
+#[test]
+fn a_device_on_the_bus_is_written_to_and_read_from() {
+    let marks = on_one_bus(&["board_i2c", "board_i2c_device"], 100);
+    assert_eq!(marks[0], (1..=11).collect::<Vec<_>>());
+    #[rustfmt::skip]
+    let statuses = [
+        0x60, 0x80, 0x80, 0x80, 0x80, 0xa0,
+        0x60, 0x80, 0xa0, 0xa8, 0xb8, 0xb8, 0xc0,
+        0xa8, 0xc0,
+        0x60, 0x80, 0x80, 0x80, 0xa0, 0xa8, 0xb8, 0xb8, 0xc0,
+        0xa8, 0xc0, 0x60, 0x80, 0xa0, 0xa8, 0xb8, 0xc0,
+        0x60, 0x80, 0x88,
+        0x60, 0xa0,
+        0x60, 0x80, 0xa0, 0xa8, 0xc0, 0xa8, 0xc0,
+    ];
+    assert_eq!(marks[1], statuses);
+}
+
+/// Both MCUs exchange 50 packets, and each of them writes and reads 50 times.
+#[test]
+fn packets_and_a_device_share_the_bus() {
+    let marks = on_one_bus(&["board_i2c_crowd_a", "board_i2c_crowd_b", "board_i2c_device"], 1_000);
+    for marks in &marks[..2] {
+        let count = |value| marks.iter().filter(|mark| **mark == value).count();
+        assert_eq!([1, 2, 3, 4, 5].map(count), [50, 50, 1, 50, 1], "{marks:x?}");
+        assert_eq!(marks.len(), 152, "{marks:x?}");
+    }
+}
+
+/// Else its task would wait for ever.
+#[test]
+fn a_transaction_ends_when_the_bus_is_freed_for_packets() {
+    let marks = on_one_bus(&["board_i2c_freed", "board_i2c_device"], 100);
+    assert_eq!(marks[0], [1, 2]);
 }
 
 /// Both MCUs send 50 packets to the other; from the 25th on they begin at the same tick.
