@@ -4,7 +4,7 @@
 use core::arch::asm;
 
 use embedded_hal::delay::DelayNs;
-use kernel::{LONGEST, Task};
+use kernel::{LONGEST, Task, now};
 
 use crate::superbot::{CLOCK_HZ, TICK_HZ};
 
@@ -29,9 +29,12 @@ impl<'a> Delay<'a> {
     fn block(&mut self, mut milliseconds: u32) {
         // The tick that is under way does not count.
         milliseconds = milliseconds.saturating_add(1);
+        // Each part begins where the one before was to end, however late the task ran then.
+        let mut deadline = now(self.task);
         while milliseconds > 0 {
             let ticks = milliseconds.min(u32::from(LONGEST)) as u16;
-            self.task.delay(ticks);
+            deadline = deadline.wrapping_add(ticks);
+            self.task.delay_until(deadline);
             milliseconds -= u32::from(ticks);
         }
     }

@@ -232,6 +232,15 @@ fn joint_speed(mcu: &Mcu) -> [u16; 5] {
 }
 
 #[test]
+fn a_long_delay_does_not_drift() {
+    let mut mcu = mcu("board_delay");
+    let begin = mcu.run_to_marker(1, 10 * MILLISECOND).expect("the task runs").cycle;
+    let end = mcu.run_to_marker(2, 70_000 * MILLISECOND).expect("the delay ends").cycle;
+    let milliseconds = (end - begin) as f64 / MILLISECOND as f64;
+    assert!((66_000.0..66_001.0).contains(&milliseconds), "{milliseconds} ms");
+}
+
+#[test]
 fn delays_last_and_outputs_switch() {
     let mut mcu = mcu("board_timer");
     let mut before = mcu.run_to_marker(1, 10 * MILLISECOND).expect("the task runs").cycle;
