@@ -33,7 +33,8 @@ pub enum Request {
     /// Turn a joint, from where it is, by so much, in 0.1 degree, at no more than so many degrees per second.
     /// The search that asks for it gets no report: it sees the effect itself.
     TurnBy { axis: Axis, by: i16, speed: u8 },
-    /// Switch a joint's motor off.
+    /// Switch a joint's motor off. The task that asked for the joint's last turn is told: it may turn the
+    /// joint again.
     Relax(Axis),
     /// Move a dock's latch.
     Latch(Dock, End),

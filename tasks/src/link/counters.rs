@@ -26,7 +26,8 @@ counters! {
         refused,
         /// Messages left unacknowledged for want of a buffer, to be repeated by the neighbour.
         no_buffer,
-        /// Bytes lost because they were not taken from the line in time, and frames that were too long.
+        /// Bytes lost because they came without a stop bit or were not taken from the line in time, and
+        /// frames that were too long: as of the last frame that came in.
         overruns,
         /// Messages not sent because a newer one took their place.
         replaced,

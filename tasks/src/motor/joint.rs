@@ -35,7 +35,8 @@ const STRONG_DRIVE: u16 = FULL_DRIVE as u16 / 4;
 /// Once in so many periods the effect of the drives is reviewed: a power of two.
 const REVIEW: u8 = 8;
 
-/// So many reviews without way, while the drive is strong or the current at its limit, make a stall: 248 ms.
+/// So many reviews without way, while the drive is strong far from the target or the current above its
+/// limit, make a stall: 248 ms. Near its target a joint that is held pushes on, with less than that current.
 const STALL: u8 = 31;
 
 /// The joint is at rest after so many reviews in a row that find it at its target, and where the one before

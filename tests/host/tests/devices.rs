@@ -380,7 +380,8 @@ fn a_joint_tells_at_first_that_it_is_off_and_then_of_what_it_comes_to() {
         assert_eq!(told, [(TaskCode::AC_RECEIVE, arrived)]);
 
         client.ask(Request::Relax(Axis::Back));
-        assert_eq!(client.within(50).len(), 1, "it is off");
+        let off = Told::Report(Report::Joint(Axis::Back, State::Off));
+        assert_eq!(client.within(50), [(TaskCode::AC_RECEIVE, off)], "whose turn it was");
         assert_eq!(client.world().drive, 0);
     });
     // At least every 50 ms.
