@@ -393,7 +393,7 @@ impl Controller {
     }
 
     /// Whether the robot was ordered to stop, or to walk by a gait that this program does not have.
-    fn is_halted(&self) -> bool {
+    pub fn is_halted(&self) -> bool {
         self.ledger.standing().gait.wrapping_sub(1) >= GAITS.len() as u8
     }
 

@@ -40,6 +40,9 @@ pub enum Request {
     Latch(Dock, End),
     /// Find the neighbour's dock with the joints that bend this module, and latch.
     Approach(Dock),
+    /// Break off the search that goes on with the joint behind this dock: the joints stay where they are.
+    /// Nothing is reported of the search any more.
+    Leave(Dock),
     /// Close a dock's power switch, or open it.
     Power { dock: Dock, is_on: bool },
     /// Charge the battery through whichever dock is closed, or stop that.
@@ -59,9 +62,10 @@ impl Request {
             Request::Turn { axis, .. } | Request::TurnBy { axis, .. } | Request::Relax(axis) => {
                 TaskCode::joint(axis)
             }
-            Request::Latch(dock, _) | Request::Approach(dock) | Request::Power { dock, .. } => {
-                TaskCode::dock(dock)
-            }
+            Request::Latch(dock, _)
+            | Request::Approach(dock)
+            | Request::Leave(dock)
+            | Request::Power { dock, .. } => TaskCode::dock(dock),
             Request::Charge { .. } => TaskCode::POWER,
             Request::Allow(_) => TaskCode::POWER_BEYOND,
             Request::Keep(_) => TaskCode::MEMORY,
@@ -87,6 +91,7 @@ impl Request {
             }
             Request::Allow(Allowance { level, is_charging }) => [7, is_charging.into(), level as u8, 0, 0],
             Request::Keep([a, b, c, d]) => [9, a, b, c, d],
+            Request::Leave(dock) => [10, dock.index(), 0, 0, 0],
         }
     }
 
@@ -116,6 +121,7 @@ impl Request {
                 Request::TurnBy { axis: Axis::from_index(device)?, by, speed }
             }
             9 => Request::Keep([device, low, high, speed]),
+            10 => Request::Leave(Dock::from_index(device)?),
             _ => return None,
         })
     }
@@ -253,7 +259,7 @@ mod tests {
                 }
             }
         }
-        assert_eq!(requests.len(), 19 + 2 * 3 * 256 + 3 + 6 * 2 + 6 + 6 * 2 + 2 + 2 * 4 + 256 * 256);
+        assert_eq!(requests.len(), 19 + 2 * 3 * 256 + 3 + 6 * 2 + 6 + 6 * 2 + 2 + 2 * 4 + 256 * 256 + 6);
         assert_eq!(reports.len(), 19 * 256 + 3 * 5 + 6 * 8 + 6 + 6 * 4 + 4 + 5 + 32 + 256 * 256);
     }
 

@@ -1,36 +1,52 @@
 //! HORMONE's requests to the docks.
 
+use tasks::dock::Dock;
 use tasks::docking::latch::End;
 use tasks::request::Request;
 
 use crate::action::Docking;
 use crate::module::Module;
 
+/// What HORMONE wishes of the docks.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Wish {
+    Nothing,
+    Docking(Docking),
+    /// Searches end: the robot is to stand.
+    Stand,
+}
+
 /// The last request of HORMONE to the docks.
 pub struct Docks {
-    asked: Option<Docking>,
+    asked: Wish,
 }
 
 impl Docks {
     /// No request has been made yet.
     pub const fn new() -> Self {
-        Docks { asked: None }
+        Docks { asked: Wish::Nothing }
     }
 
-    /// Requests what the present action wants of a dock: once, when the action begins. A request that finds
-    /// no room is repeated at the next call.
+    /// Requests what HORMONE wishes: once, when the wish begins. Returns whether there was room; else it is
+    /// requested at the next call.
     #[inline(never)] // else its message would lie under those that HORMONE sends
-    pub fn ask(&mut self, wanted: Option<Docking>, module: &mut impl Module) {
-        if wanted == self.asked {
-            return;
+    pub fn ask(&mut self, wish: Wish, module: &mut impl Module) -> bool {
+        if wish == self.asked {
+            return true;
         }
-        let is_asked = match wanted.map(request) {
-            Some(request) => module.request(request).is_ok(),
-            None => true,
+        let is_asked = match wish {
+            Wish::Nothing => true,
+            Wish::Docking(docking) => module.request(request(docking)).is_ok(),
+            // One dock of each MCU.
+            Wish::Stand => {
+                module.request(Request::Leave(Dock::Front)).is_ok()
+                    && module.request(Request::Leave(Dock::Back)).is_ok()
+            }
         };
         if is_asked {
-            self.asked = wanted;
+            self.asked = wish;
         }
+        is_asked
     }
 }
 

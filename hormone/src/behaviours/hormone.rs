@@ -4,7 +4,7 @@ use tasks::dock::Dock;
 use tasks::message::{Address, Held, Message, TaskCode};
 use tasks::request::{Report, Request};
 
-use super::docks::Docks;
+use super::docks::{Docks, Wish};
 use super::joints::{Joints, RETRY};
 use crate::action::Posture;
 use crate::controller::{Controller, NOTHING, Outgoing, Response};
@@ -93,7 +93,7 @@ impl Behaviour {
         let posture = self.posture(now);
         self.turn(now, posture, module);
         self.keep(now, module);
-        self.docks.ask(self.controller.status().action.docking(), module);
+        self.dock(now, module);
         self.ask_sensors(now, module);
         true
     }
@@ -129,6 +129,21 @@ impl Behaviour {
             Ok(()) => self.controller.kept(),
             // A robot that stands may have nothing else to do, and may be switched off.
             Err(_) => self.due_within(RETRY, now),
+        }
+    }
+
+    /// Tells the docks what the present action wants of them, and has searches end if the robot is to stop.
+    /// If there is no room now, it tries again after [`RETRY`]: a robot that stands may have nothing else to
+    /// do.
+    #[inline(never)] // as `beat`
+    fn dock(&mut self, now: u16, module: &mut impl Module) {
+        let wish = match self.controller.status().action.docking() {
+            _ if self.controller.is_halted() => Wish::Stand,
+            Some(docking) => Wish::Docking(docking),
+            None => Wish::Nothing,
+        };
+        if !self.docks.ask(wish, module) {
+            self.due_within(RETRY, now);
         }
     }
 

@@ -363,3 +363,22 @@ fn an_order_that_the_memory_had_no_room_for_is_kept_soon_also_at_rest() {
     let kept = here.requests().into_iter().filter(|request| matches!(request, Request::Keep(_)));
     assert_eq!(kept.count(), 1);
 }
+
+/// A search would go on for seconds, and latch.
+#[test]
+fn a_robot_that_is_to_stop_searches_no_dock_any_more() {
+    let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
+    here.is_full = true;
+    let remote = Address::beyond(Dock::Up, TaskCode::HORMONE);
+    for (gait, expected) in [(STOP, 2), (GaitName::Centipede as u8, 0), (STOP, 2)] {
+        let order = Hormone::Order(Order { what: What::Walk(gait, Period::OWN), serial: 1 }).to_payload();
+        here.sent.clear();
+        behaviours.receive(now, letter(TaskCode::HORMONE, remote, &order), &mut here);
+        run(&mut behaviours, &mut now, 10, &mut here);
+        here.is_full = false;
+        run(&mut behaviours, &mut now, RETRY, &mut here);
+        let mut ended = here.requests();
+        ended.retain(|request| matches!(request, Request::Leave(_)));
+        assert_eq!(ended, [Dock::Front, Dock::Back].map(Request::Leave)[..expected]);
+    }
+}

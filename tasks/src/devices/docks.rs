@@ -120,9 +120,9 @@ impl Docks {
         around.set_emitters(true);
     }
 
-    /// Breaks the present search off: the joints that it turns stay where they are.
+    /// Breaks the present search off, if there is one: the joints that it turns stay where they are.
     #[inline(never)] // once in flash, and keeps its stack frame out of the callers'
-    fn break_off<S: Surroundings>(&mut self, around: &mut S) {
+    pub fn break_off<S: Surroundings>(&mut self, around: &mut S) {
         let Some(Search { dock, guidance, .. }) = &self.search else { return };
         if guidance.line() == Line::Shift {
             turn_opposite(*dock, 0, around);

@@ -172,6 +172,7 @@ impl<const N: usize> Devices<N> {
             }
             Request::Latch(dock, end) => self.docks.latch(dock, end, client, around),
             Request::Approach(dock) => self.docks.approach(dock, client, around),
+            Request::Leave(_) => self.docks.break_off(around),
             Request::Power { dock, is_on } => self.docks.set_power(dock, is_on, client, around),
             Request::Charge { is_on } => {
                 if S::HALF.has_battery {

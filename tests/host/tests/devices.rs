@@ -1019,6 +1019,22 @@ fn when_the_other_dock_latches_the_opposite_joint_stays_where_it_is() {
 }
 
 #[test]
+fn a_search_that_is_to_end_stops_both_joints() {
+    run::<true>(|client| {
+        shifting(client);
+        client.ask(Request::Leave(Dock::Back));
+        let told = client.within(100);
+        assert!(stays(&told), "{told:?}");
+        let degrees = client.world().joint.degrees();
+        assert_eq!(client.within(1_000), [], "it has arrived, and there is no search any more");
+        client.ask(Request::Leave(Dock::Back));
+        assert_eq!(client.within(1_000), []);
+        let world = client.world();
+        assert!(!world.emitters && (world.joint.degrees() - degrees).abs() < 1.0);
+    });
+}
+
+#[test]
 fn a_search_that_the_battery_ends_is_told_of_and_stops_both_joints() {
     run::<true>(|client| {
         shifting(client);
