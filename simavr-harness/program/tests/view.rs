@@ -5,7 +5,7 @@ mod command;
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
 use std::os::unix::ffi::OsStrExt;
 use std::process::{Child, Command, Stdio};
 use std::thread;
@@ -217,6 +217,42 @@ fn a_request_that_does_not_come_to_its_end_keeps_nobody_waiting() {
     BufReader::new(stream).read_line(&mut line).expect("it is answered");
     assert!(line.starts_with("HTTP/1.1 200"), "{line}");
     drop(silent);
+}
+
+#[test]
+fn a_request_that_says_it_is_huge_or_is_none_does_not_end_the_run() {
+    let viewed = Viewed::start(&["sim", "chain", "--engine", "host"]);
+    let Viewed { host, token, .. } = &viewed;
+    let endless = "x".repeat(1_000_000);
+    for request in [
+        "POST / HTTP/1.1\r\nContent-Length: 9223372036854775807\r\n\r\n{}",
+        "POST / HTTP/1.1\r\nContent-Length: 18446744073709551615\r\n\r\n{}",
+        "POST / HTTP/1.1\r\nTransfer-Encoding: chunked\r\n\r\nffffffffffffffff\r\n",
+        "POST / HTTP/1.1\r\nno field\r\n\r\n",
+        "GET\r\n\r\n",
+        "\r\n\r\n",
+        &format!("GET /{endless}"),
+        &format!("POST /{token}/ask HTTP/1.1\r\nHost: {host}\r\nContent-Length: 1000000\r\n\r\n{endless}"),
+    ] {
+        let mut stream = TcpStream::connect(host).unwrap();
+        // The program may leave before all of it is written.
+        let _ = stream.write_all(request.as_bytes());
+        let _ = stream.shutdown(Shutdown::Write);
+        let _ = stream.read_to_end(&mut Vec::new());
+        assert!(viewed.ask(r#"{"until": 0}"#).starts_with("HTTP/1.1 200"), "{request:.60}");
+    }
+}
+
+#[test]
+fn more_clients_than_the_system_has_room_for_do_not_end_the_run() {
+    let viewed = Viewed::start(&["sim", "chain", "--engine", "host"]);
+    let limit = ["--pid", &viewed.program.id().to_string(), "--nofile=40"];
+    let limited = Command::new("prlimit").args(limit).status(); // of the essential package util-linux
+    assert!(limited.unwrap().success());
+    let clients: Vec<_> = (0..60).map(|_| TcpStream::connect(&viewed.host)).collect();
+    thread::sleep(Duration::from_millis(200));
+    drop(clients);
+    assert!(viewed.ask(r#"{"until": 0}"#).starts_with("HTTP/1.1 200"));
 }
 
 #[test]
