@@ -245,7 +245,8 @@ fn variables(file: &ElfFile32<Endianness>) -> Vec<(String, Range<u16>)> {
     let in_sram = file.symbols().filter(|symbol| symbol.address() >= DATA && symbol.size() > 0);
     let named = in_sram.filter_map(|symbol| {
         let start = (symbol.address() - DATA) as u16;
-        Some((without_part(readable(&symbol)?), start..start + symbol.size() as u16))
+        let size = u16::try_from(symbol.size()).unwrap_or(u16::MAX);
+        Some((without_part(readable(&symbol)?), start..start.saturating_add(size)))
     });
     named.collect()
 }

@@ -58,6 +58,13 @@ fn a_program_counter_of_three_bytes() {
 }
 
 #[test]
+fn a_variable_ends_with_the_data_space_whatever_its_symbol_says() {
+    let image = build("sizes.S", "atmega128");
+    let places: Vec<_> = image.variable("LARGE").collect();
+    assert_eq!(places, [&(0x100..u16::MAX)]);
+}
+
+#[test]
 fn tasks() {
     let bounds = bounds(&build("tasks.S", "atmega128"), "");
     let [narrow, wide, kernel] = bounds.as_slice() else { panic!("{bounds:?}") };
