@@ -66,6 +66,10 @@ impl Chart<'_> {
         let labels = self.curves.iter().filter(|curve| !curve.label.is_empty()).count();
         let legend = if labels > 0 { (0.06 * (1 + labels) as f64).min(0.7) } else { 0.0 };
         let ys = ys.start..ys.end + (ys.end - ys.start) * legend / (1.0 - legend);
+        // Along an axis without an end plotters looks for marks for ever.
+        if [&xs, &ys].iter().any(|range| !(range.end - range.start).is_finite()) {
+            return Err("the numbers are too large to plot".into());
+        }
         let mut svg = String::new();
         self.draw(&mut svg, xs, ys, labels > 0)?;
         for_any_page(svg)
@@ -119,4 +123,21 @@ fn around(least: f64, most: f64) -> Range<f64> {
     let room = 0.05 * (most - least);
     let room = if room > 0.0 { room } else { 1.0 };
     least - room..most + room
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_no_end_is_not_plotted() {
+        for [low, high] in
+            [[-1e308, 1e308], [1.0, 1.75e308], [f64::NEG_INFINITY, f64::INFINITY], [f64::NAN; 2]]
+        {
+            let points = vec![Point { x: 1.0, y: 1.0, low, high }];
+            let curves = [Curve { label: "a".into(), points }];
+            let error = Chart { x: "x", y: "y", curves: &curves, has_dots: true }.svg().unwrap_err();
+            assert!(error.to_string().contains("too large"), "{low} to {high}: {error}");
+        }
+    }
 }
