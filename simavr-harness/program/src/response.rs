@@ -91,6 +91,13 @@ fn plot(bounds: &Bounds) -> Result<String, Box<dyn Error>> {
         let (left, right) = area.split_horizontally(680);
         let most = |mcu: &Mcu| mcu.loads.iter().map(|load| load.percent).fold(0.0, f64::max);
         let most = 1.05 * most(&bounds.master).max(most(&bounds.slave));
+        // Without a bar, or along an axis without an end, plotters panics or looks for marks for ever.
+        if bounds.master.loads.is_empty() || bounds.slave.loads.is_empty() || !most.is_finite() {
+            return Err(
+                "the bounds have no loads that can be plotted: give the output of `./x response --json`"
+                    .into(),
+            );
+        }
         draw(&left, "master", &bounds.master, most, 320)?;
         draw(&right, "slave", &bounds.slave, most, 60)?;
         area.present()?;
@@ -130,7 +137,7 @@ fn draw(
         .axis_desc_style(FONT)
         .draw()?;
     for (row, load) in (0..rows).rev().zip(&mcu.loads) {
-        let all = (load.interrupts + load.tasks).max(1) as f64;
+        let all = (load.interrupts as f64 + load.tasks as f64).max(1.0);
         let end = load.percent * load.interrupts as f64 / all;
         for (range, colour) in [(0.0..end, INTERRUPTS), (end..load.percent, TASKS)] {
             let corners =
@@ -162,5 +169,23 @@ mod tests {
         assert_eq!(svg.matches(r##"fill="#0969DA""##).count(), 2 * 2 + 1, "and one for dark pages");
         assert_eq!(svg.matches(r##"fill="#CF222E""##).count(), 2 + 1);
         assert!(svg.contains("a period") && svg.contains("prefers-color-scheme: dark"));
+    }
+
+    #[test]
+    fn bounds_that_can_not_be_plotted_are_refused() {
+        let mcu = |interrupts: u64, percent: f64| {
+            let load =
+                format!(r#"{{"event":"a tick","interrupts":{interrupts},"tasks":1,"percent":{percent:e}}}"#);
+            format!(r#"{{"loads":[{load}]}}"#)
+        };
+        let plotted = |master: &str| {
+            let json = format!(r#"{{"master":{master},"slave":{}}}"#, mcu(1, 20.0));
+            plot(&serde_json::from_str(&json).expect("bounds"))
+        };
+        for master in [r#"{"loads":[]}"#, &mcu(1, 1.75e308)] {
+            let error = plotted(master).expect_err(master);
+            assert!(error.to_string().contains("no loads that can be plotted"), "{error}");
+        }
+        assert!(plotted(&mcu(u64::MAX, 20.0)).is_ok());
     }
 }
