@@ -324,6 +324,15 @@ fn robot_files_that_can_not_be_built_are_refused_before_anything_is_written() {
 }
 
 #[test]
+fn a_campaign_without_images_is_refused_before_anything_is_written() {
+    let campaign = Campaign::of("robot = 'chain'\nengine = ['host', 'simavr']");
+    let planned = campaign.plan(&["--images", "no/such/folder"]);
+    assert_eq!(planned.status.code(), Some(2), "{}", said(&planned));
+    assert!(said(&planned).contains("./x build"), "{}", said(&planned));
+    assert!(!Path::new(&campaign.directory()).exists());
+}
+
+#[test]
 fn a_campaign_file_is_not_overwritten_by_what_the_campaign_writes() {
     let campaign = Campaign::of(FILE);
     fs::create_dir(campaign.directory()).unwrap();

@@ -8,7 +8,8 @@ use clap::{Parser, ValueEnum};
 use serde::{Deserialize, Serialize};
 use simulation::fnv_1a;
 
-use super::super::arguments::{Arguments, Command, EngineName, Sim, Source};
+use super::super::arguments::{Arguments, Command, CoreName, EngineName, Sim, Source};
+use super::super::images::load_images;
 use super::super::sim;
 use super::file::{self, Line};
 
@@ -61,7 +62,12 @@ impl Plan {
         let plan = file::lines(&text, directory)
             .map_err(Into::into)
             .and_then(|lines| Self::of(lines, &program, &images));
-        plan.map_err(|error| format!("{}: {error}", path.display()).into())
+        let plan = plan.map_err(|error| format!("{}: {error}", path.display()))?;
+        let simavr = engine_name(EngineName::Simavr);
+        if plan.runs.iter().any(|run| run.parameters.engine == simavr) {
+            load_images(&images, CoreName::Decoded)?;
+        }
+        Ok(plan)
     }
 
     fn of(lines: Vec<Line>, program: &Path, images: &Path) -> Result<Self, Box<dyn Error>> {
@@ -140,7 +146,7 @@ impl Parameters {
         Parameters {
             robot,
             modules,
-            engine: options.engine.to_possible_value().map_or_else(String::new, |it| it.get_name().into()),
+            engine: engine_name(options.engine),
             world: if sim::has_world(options) { "ground" } else { "none" }.into(),
             seconds: options.seconds,
             loss: options.loss,
@@ -167,6 +173,10 @@ impl Parameters {
         }
         format!("{key}.hash-{hash:016x}")
     }
+}
+
+fn engine_name(engine: EngineName) -> String {
+    engine.to_possible_value().map_or_else(String::new, |it| it.get_name().into())
 }
 
 /// The path of a robot file, relative to the current directory if the file is below it.
