@@ -164,6 +164,18 @@ fn it_goes_to_its_own_folder_whatever_cdpath_says() {
     assert!(text.contains("no-such-program"), "it went elsewhere: {text}");
 }
 
+/// From where the link lies it would fetch MuJoCo into that folder, and then build nothing.
+#[test]
+fn it_goes_to_the_folder_that_a_link_to_it_leads_to() {
+    let folder = folder("link");
+    let here = copy(&folder, "here");
+    let link = folder.join("a blank/x");
+    fs::create_dir(folder.join("a blank")).expect("a folder can be made");
+    symlink(here, &link).expect("a link can be made");
+    let (_, text) = said(x(link, &["setup"]));
+    assert!(text.contains("no-such-program"), "it stayed with the link: {text}");
+}
+
 /// Writes a shell script into a file, as a program.
 fn write_program(path: &Path, script: &str) {
     fs::create_dir_all(path.parent().expect("it lies in a folder")).expect("a folder can be made");
