@@ -824,6 +824,20 @@ fn a_leader_whose_token_comes_back_no_more_rests() {
     assert_eq!((leader.is_leader(), leader.status().action), (false, Rest));
 }
 
+/// The ring may have been cut while it walked another way.
+#[test]
+fn who_led_a_ring_leads_no_chain_that_is_ordered_to_roll_later() {
+    let mut spine = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
+    let _ = attach(&mut spine, &SPINE, 0);
+    let own = spine.election.round(2_000).unwrap();
+    let _ = spine.received(Front, Hormone::Token(Token { hops: 6, ..own }), 2_010);
+    assert!(spine.is_leader());
+    let _ = spine.order(None, walk(GaitName::Caterpillar as u8, 1), 3_000);
+    while spine.timer(3_000).is_some() {}
+    let _ = spine.order(None, walk(GaitName::RollingTrack as u8, 2), 9_000);
+    assert!(!spine.is_leader());
+}
+
 #[test]
 fn who_comes_into_a_ring_waits_for_its_leader_also_where_it_has_led_before() {
     let mut module = Controller::new(GaitName::RollingTrack.gait(), 3, 0);
