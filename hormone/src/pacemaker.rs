@@ -261,13 +261,14 @@ impl Pacemaker {
         self.missed < SILENT
     }
 
-    /// Whether another rhythm that comes the same way takes the place of one that still beats: that of a new
-    /// leader, or of a new place in the robot. A hormone that comes within a quarter of a beat, or that is of
-    /// the last beat, may be the module's own that came back round a loop, where it would race. It is not its
-    /// own if it is a leader's, while the last beat here was made good.
+    /// Whether another rhythm that comes the same way takes the place of one that still beats: that of a
+    /// new leader, or of a new place in the robot. A hormone that comes within a quarter of a beat, or that
+    /// is of the last beat, may be the module's own that came back round a loop, where it would race. Its
+    /// letter may be another one by then; but in a ring it has a lifetime, and does not come back. It is
+    /// not its own if it is a leader's, while the last beat here was made good.
     fn succeeds(&self, pace: Pace, now: u16) -> bool {
         let is_fresher = self.is_made_good && !pace.is_made_good;
-        let is_last = pace.ahead_of(self.number) == 0 && pace.data == self.last;
+        let is_last = pace.ahead_of(self.number) == 0 && (pace.lifetime.is_none() || pace.data == self.last);
         is_fresher || !is_last && now.wrapping_sub(self.last_at) >= self.gait.beat.get() / 4
     }
 
