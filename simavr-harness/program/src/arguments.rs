@@ -1,51 +1,18 @@
-//! The command line.
+//! What the commands take on the command line.
 
 use std::ffi::OsString;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, ValueEnum};
 use serde::Serialize;
 use simavr_harness::Variation;
 use simulation::Shape;
 
-use super::campaign::{Campaign, CampaignReport};
-use super::plot::Plot;
-use super::trace::McuName;
+use super::mcu_name::McuName;
 
 /// The most threads that a robot runs on.
 const MOST_THREADS: usize = 256;
-
-/// Simulates SuperBot robots in simavr. Each module has two ATmega128s, which run the images that a real
-/// module is flashed with.
-#[derive(Parser)]
-#[command(version)]
-pub struct Arguments {
-    #[command(subcommand)]
-    pub command: Command,
-}
-
-#[derive(Subcommand)]
-pub enum Command {
-    /// Run a robot, show it live, and end with a summary.
-    Sim(Sim),
-    /// Run a centipede on slopes, steps and other ground and through mishaps, and print how far it walks.
-    Terrain(Terrain),
-    /// Run a centipede with several Periods, and print its speed and how far a charge takes it.
-    Period(Period),
-    /// Write a list of jobs, one for each combination of the options in a file.
-    Campaign(Campaign),
-    /// Print a summary of a campaign's results, and write the results as tables.
-    Report(CampaignReport),
-    /// Draw one of the plots in docs.
-    Plot(Plot),
-    /// Debug one MCU of a robot with gdb, forward and backward. The whole robot stops with it.
-    Gdb(Gdb),
-    /// Plot the worst-case load of the CPUs. The standard input is the output of `./x response --json`.
-    Response(Response),
-    /// Measure the kernel's figures, and print them beside those of other kernels.
-    Bench(Bench),
-}
 
 #[derive(Args)]
 pub struct Sim {
@@ -352,6 +319,11 @@ fn probability(text: &str) -> Result<f64, String> {
         Ok(probability) if (0.0..=1.0).contains(&probability) => Ok(f64::abs(probability)),
         _ => Err("give a probability from 0 to 1".into()),
     }
+}
+
+/// Rounds seconds down to a value for an option.
+pub fn at_most(seconds: f64) -> f64 {
+    (seconds * 1000.0).floor() / 1000.0
 }
 
 /// What is measured.

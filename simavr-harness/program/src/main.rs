@@ -7,8 +7,8 @@ mod arguments;
 mod bench;
 mod campaign;
 mod chart;
+mod command_line;
 mod concurrency;
-mod concurrency_plot;
 mod cost;
 mod dark;
 mod display;
@@ -16,6 +16,7 @@ mod gdb;
 mod images;
 mod json;
 mod listing;
+mod mcu_name;
 mod module;
 mod output;
 mod period;
@@ -23,6 +24,7 @@ mod plot;
 mod record;
 mod report;
 mod response;
+mod scenario;
 mod sim;
 mod simulator;
 mod summary;
@@ -35,7 +37,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use arguments::{Arguments, Command};
+use command_line::{Arguments, Command};
 
 /// Exit status 0: the robot had no faults, or the figures are printed. 1: the robot had faults. 2: the
 /// command could not be carried out.

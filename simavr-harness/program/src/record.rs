@@ -8,10 +8,10 @@ use simulation::{MILLISECOND, Recording, Scenario};
 use viewer::{Block, Ground, Stair, Subject};
 use world::Steps;
 
-use super::arguments::{EngineName, Sim, Source};
+use super::arguments::{EngineName, Sim, Source, at_most};
 use super::json::Destination;
 use super::report::Report;
-use super::sim::{at_most, has_world};
+use super::scenario::has_world;
 
 /// The sampling period of a run, in cycles: 40 ms. The page interpolates between two samples.
 pub const EVERY: u64 = 40 * MILLISECOND;

@@ -13,7 +13,7 @@ use super::arguments::{Centipede, CoreName, Terrain};
 use super::images::load_images;
 use super::json::{Destination, tell};
 use super::output::say;
-use super::sim::{POWER_UP_WITHIN, expect_in_simavr};
+use super::scenario::{POWER_UP_WITHIN, expect_in_simavr};
 
 /// The time by which the legs have risen and the robot walks evenly, in s.
 const RISEN: usize = 3;

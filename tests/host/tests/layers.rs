@@ -41,6 +41,9 @@ fn uses(name: &str, left_out: &str) -> Uses {
             continue;
         }
         let source = fs::read_to_string(&path).expect("it is text");
+        // So many modules up lies the crate.
+        let depth = parts.iter().filter(|part| **part != "mod").count();
+        let source = source.replace(&"super::".repeat(depth), "crate::");
         uses.entry(parts[0].to_owned()).or_default().extend(named(&source));
     }
     let modules: BTreeSet<String> = uses.keys().cloned().collect();

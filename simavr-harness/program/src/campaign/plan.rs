@@ -8,9 +8,9 @@ use clap::{Parser, ValueEnum};
 use serde::{Deserialize, Serialize};
 use simulation::fnv_1a;
 
-use super::super::arguments::{Arguments, Command, CoreName, EngineName, Sim, Source};
+use super::super::arguments::{CoreName, EngineName, Sim, Source};
 use super::super::images::load_images;
-use super::super::sim;
+use super::super::scenario;
 use super::file::{self, Line};
 
 /// The most bytes of a key. A file's name has up to 255 bytes, and has an extension after the key.
@@ -108,11 +108,17 @@ fn without_seed(line: &Line) -> Line {
     line.iter().take_while(|argument| *argument != "--seed").cloned().collect()
 }
 
+/// What `sim` takes.
+#[derive(Parser)]
+#[command(no_binary_name = true)]
+struct Run {
+    #[command(flatten)]
+    options: Sim,
+}
+
 fn parse(line: &Line) -> Result<Sim, Box<dyn Error>> {
-    let arguments = ["superbot-sim", "sim"].into_iter().chain(line.iter().map(String::as_str));
-    match Arguments::try_parse_from(arguments) {
-        Ok(Arguments { command: Command::Sim(options) }) => Ok(options),
-        Ok(_) => Err("a campaign runs robots".into()),
+    match Run::try_parse_from(line) {
+        Ok(Run { options }) => Ok(options),
         // The rest of the message is about the usage of another command.
         Err(error) => {
             let text = error.to_string();
@@ -125,12 +131,12 @@ fn parse(line: &Line) -> Result<Sim, Box<dyn Error>> {
 /// Checks a run, and returns the number of its modules. `built` has the robot files that were checked before:
 /// each path, and whether for simavr.
 fn check(options: &Sim, built: &mut BTreeSet<(PathBuf, bool)>) -> Result<usize, Box<dyn Error>> {
-    let scenario = sim::scenario(options)?;
-    sim::check(options, &scenario)?;
+    let scenario = scenario::of(options)?;
+    scenario::check(options, &scenario)?;
     if let Source::File(path) = &options.robot
         && built.insert((path.clone(), matches!(options.engine, EngineName::Simavr)))
     {
-        sim::expect_buildable(options, &scenario)?;
+        scenario::expect_buildable(options, &scenario)?;
     }
     Ok(scenario.wiring.modules())
 }
@@ -147,7 +153,7 @@ impl Parameters {
             robot,
             modules,
             engine: engine_name(options.engine),
-            world: if sim::has_world(options) { "ground" } else { "none" }.into(),
+            world: if scenario::has_world(options) { "ground" } else { "none" }.into(),
             seconds: options.seconds,
             loss: options.loss,
             vary: vary.join(" "),

@@ -7,9 +7,9 @@ use std::os::unix::net::UnixStream;
 use serde::{Deserialize, Serialize};
 use simulation::MILLISECOND;
 
+use super::goal::Goal;
 use super::order::{Line, Points};
 use super::process::{self, Fork};
-use super::worker::Goal;
 
 /// The interval between two copies, in cycles: 100 ms.
 const EVERY: u64 = 100 * MILLISECOND;

@@ -7,6 +7,7 @@
 //! - `order`: the messages between server and worker.
 
 mod avr;
+mod goal;
 mod history;
 mod order;
 mod process;
@@ -29,9 +30,9 @@ use simulation::{CLOCK_HZ, Robot as _, Run, Scenario};
 use tempfile::NamedTempFile;
 
 use super::arguments::{EngineName, Gdb, Sim};
+use super::mcu_name::McuName;
 use super::output::say;
-use super::sim;
-use super::trace::McuName;
+use super::scenario;
 use order::{Line, Report};
 use process::Fork;
 use worker::Shared;
@@ -42,10 +43,10 @@ const SCRIPT: &str = include_str!("superbot.py");
 /// Returns whether gdb ended well.
 pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
     let Gdb { mcu: name, sim: sim_options, at, .. } = options;
-    let scenario = sim::scenario(sim_options)?;
+    let scenario = scenario::of(sim_options)?;
     check(options, &scenario)?;
-    sim::check(sim_options, &scenario)?;
-    let mut robot = sim::build_robot(&scenario, sim_options)?;
+    scenario::check(sim_options, &scenario)?;
+    let mut robot = scenario::build_robot(&scenario, sim_options)?;
     let image = Arc::clone(find(&mut robot, *name)?.image());
     let (server, worker) = UnixStream::pair()?;
     if process::fork()? == Fork::Copy {
@@ -127,10 +128,10 @@ fn work(mut robot: Robot, scenario: Scenario, options: &Gdb, server: Line) -> ! 
     let name = options.mcu;
     let _guard = server.stream().try_clone().map(EndIfPanicking);
     let Ok(mcu) = find(&mut robot, name) else { process::leave() };
-    let worker = Shared::new(server, mcu, sim::cycles(options.at));
+    let worker = Shared::new(server, mcu, scenario::cycles(options.at));
     mcu.set_debugger(Box::new(worker.clone()));
-    let mut run = sim::begin(Engine::new(robot, 1), scenario.timeline, &options.sim);
-    let end = sim::cycles(options.sim.seconds);
+    let mut run = scenario::begin(Engine::new(robot, 1), scenario.timeline, &options.sim);
+    let end = scenario::cycles(options.sim.seconds);
     let mut told = Vec::new();
     loop {
         let step = run.step(end);

@@ -11,7 +11,7 @@ use crate::arguments::CoreName;
 use crate::chart::{COLOURS, FONT};
 use crate::dark::for_any_page;
 use crate::images::load_images;
-use crate::sim::POWER_UP_WITHIN;
+use crate::scenario::POWER_UP_WITHIN;
 
 const MODULES: usize = 10;
 

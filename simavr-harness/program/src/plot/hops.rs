@@ -10,7 +10,7 @@ use simulation::{Face, MILLISECOND, Robot, Shape, TraceEvent};
 use crate::arguments::CoreName;
 use crate::chart::{Chart, Curve, Point};
 use crate::images::load_images;
-use crate::sim::POWER_UP_WITHIN;
+use crate::scenario::POWER_UP_WITHIN;
 
 const MODULES: usize = 30;
 

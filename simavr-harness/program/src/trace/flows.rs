@@ -7,10 +7,10 @@ use simulation::{Recording, lateness};
 use tasks::dock::Dock;
 use tasks::superbot::{Half, MASTER, SLAVE};
 
+use super::super::mcu_name::McuName;
 use super::Traced;
 use super::events::{Events, Track};
 use super::frames::{Piece, describe};
-use super::mcu_name::McuName;
 use super::schedule;
 
 /// The task that acts on hormones, on the master.

@@ -6,7 +6,6 @@ mod flows;
 mod frames;
 mod joints;
 mod levels;
-mod mcu_name;
 mod schedule;
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
@@ -16,11 +15,9 @@ use std::path::Path;
 use simavr_harness::{BusSignal, CONTROL_PROBE, Edge, Face, Robot, Slice, Trace};
 use simulation::Recording;
 
-pub use mcu_name::McuName;
-
-use super::arguments::{EngineName, Sim};
+use super::arguments::{EngineName, Sim, at_most};
 use super::json::Destination;
-use super::sim::at_most;
+use super::mcu_name::McuName;
 use events::{Events, Track};
 use flows::Passed;
 

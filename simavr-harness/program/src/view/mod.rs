@@ -23,7 +23,7 @@ use super::display::Display;
 use super::output::say;
 use super::record::{EVERY, subject};
 use super::report::Report;
-use super::sim::{cycles, expect_possible, loss};
+use super::scenario::{cycles, expect_possible, loss};
 use feed::{Feed, Stream};
 pub use inspect::Inspected;
 use inspect::Inspector;

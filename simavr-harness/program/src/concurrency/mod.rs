@@ -1,21 +1,25 @@
 //! The program behind `./x bench concurrency`: compares tasks with one loop, as a table, as JSON, and as a
 //! plot.
 
+mod names;
+mod plot;
+
 use std::error::Error;
 use std::fmt;
 
 use serde::Serialize;
-use simavr_harness::bench::concurrency::{self, Case, Concurrency, Row, Style};
+use simavr_harness::bench::concurrency::{self, Concurrency, Row};
 
+use super::arguments;
 use super::json::{Destination, tell};
-use super::{arguments, concurrency_plot};
+use names::{name, title};
 
 /// Measures and prints.
 pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Result<(), Box<dyn Error>> {
     let svg = options.svg.as_deref();
     let svg = svg.map(|path| Destination::besides(destination.as_ref(), path, None, "--svg")).transpose()?;
     let figures = concurrency::measure(&options.images, options.seconds())?;
-    let plotted = svg.map(|svg| svg.write_text(&concurrency_plot::plot(&figures)?)).transpose();
+    let plotted = svg.map(|svg| svg.write_text(&plot::plot(&figures)?)).transpose();
     // The figures are printed even if the plot can't be written.
     tell(destination, &Report(figures))?;
     plotted.map(|_| ())
@@ -24,28 +28,6 @@ pub fn run(options: &arguments::Bench, destination: Option<Destination>) -> Resu
 #[derive(Serialize)]
 #[serde(transparent)]
 struct Report(Concurrency);
-
-/// The name of a case in tables.
-pub fn title(case: Case) -> &'static str {
-    match case {
-        Case::Control => "joints alone",
-        Case::Saturated => "six docks saturated",
-        Case::Crowded => "four docks saturated",
-        Case::Babble => "babble at six docks",
-        Case::Computes => "50 ms computed",
-        Case::ComputesInPieces => "50 ms, cut in pieces",
-        Case::ComputesUnknown => "0 to 80 ms computed",
-        Case::Hangs => "a behaviour hangs",
-    }
-}
-
-/// The name of a style in tables.
-pub fn name(style: Style) -> &'static str {
-    match style {
-        Style::Tasks => "tasks",
-        Style::Loop => "loop",
-    }
-}
 
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {

@@ -7,9 +7,9 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use simavr_harness::bench::concurrency::{Case, Concurrency, Row, Style};
 
-use super::chart::{COLOURS, FONT};
-use super::concurrency::{name, title};
-use super::dark::for_any_page;
+use super::super::chart::{COLOURS, FONT};
+use super::super::dark::for_any_page;
+use super::names::{name, title};
 
 const TASKS: RGBColor = COLOURS[0];
 const LOOP: RGBColor = COLOURS[1];
