@@ -282,6 +282,20 @@ fn an_interrupt_that_fails_inside_of_a_call_ends_the_run_though_the_task_would_c
 }
 
 #[test]
+fn an_interrupt_inside_of_a_call_that_fails_does_not_come_later() {
+    static STACK: Stack<0> = Stack::new();
+    static SIGNAL: Semaphore = Semaphore::new(0);
+    static OTHER: Semaphore = Semaphore::new(0);
+    run_task(&STACK, 1, |task| {
+        let posts = |interrupt: &mut Interrupt| SIGNAL.post(interrupt);
+        assert!(has_failed(|| host::interrupted(2, posts, || panic!("the call fails"))));
+        assert!((0..9).all(|_| !OTHER.try_wait(task)));
+        assert!(!SIGNAL.try_wait(task));
+        wait_for_ever(task)
+    });
+}
+
+#[test]
 fn who_became_ready_in_work_that_fails_on_a_mutex_runs_though_its_task_catches_the_panic() {
     static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
     static VALUE: Mutex<u16> = Mutex::new(Priority::P3, 0);

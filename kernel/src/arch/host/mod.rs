@@ -167,10 +167,18 @@ pub fn interrupted<R>(
     handler: impl FnOnce(&mut Interrupt) + 'static,
     call: impl FnOnce() -> R,
 ) -> R {
+    /// Also where the call panics, and its task catches that.
+    struct Cancels;
+
+    impl Drop for Cancels {
+        fn drop(&mut self) {
+            cancel_arrival();
+        }
+    }
+
+    let _cancels = Cancels;
     arrive_later(sections, handler);
-    let result = call();
-    cancel_arrival();
-    result
+    call()
 }
 
 /// Cancels the interrupt of [`interrupted`], if it has not occurred yet: for the beginning of a job.
