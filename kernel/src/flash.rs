@@ -82,6 +82,14 @@ impl<T: Copy> Flash<[T]> {
 /// assert_eq!(table.iter().sum::<u8>(), 14);
 /// ```
 ///
+/// Only a [`Flash`] may lie there. The macro that places it wants `unsafe`:
+///
+/// ```compile_fail
+/// kernel::flash_static! { // error: no rules expected `static`
+///     static TABLE: [u8; 1] = [1];
+/// }
+/// ```
+///
 /// Unsafe code in the value needs an unsafe block of its own:
 ///
 /// ```compile_fail,E0133
@@ -93,7 +101,8 @@ impl<T: Copy> Flash<[T]> {
 #[macro_export]
 macro_rules! flash {
     ($($(#[$attribute:meta])* $visibility:vis static $name:ident: $type:ty = $value:expr;)*) => {$(
-        $crate::flash_static! {
+        // SAFETY: a `Flash`, which is read from there.
+        $crate::flash_static! { unsafe
             $(#[$attribute])*
             $visibility static $name: $crate::flash::Flash<$type> = {
                 let value: $type = $value; // outside of the unsafe block

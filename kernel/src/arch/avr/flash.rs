@@ -31,10 +31,13 @@ pub(crate) fn load<T: Copy>(table: &[T], index: usize) -> Option<T> {
 }
 
 /// A static of [`flash!`](crate::flash!), in the section that the start-up code does not copy to RAM.
+///
+/// # Safety
+/// The address of what lies there is none in the data space: it may only be a [`Flash`](crate::flash::Flash).
 #[doc(hidden)]
 #[macro_export]
 macro_rules! flash_static {
-    ($($item:tt)*) => {
+    (unsafe $($item:tt)*) => {
         #[unsafe(link_section = ".progmem.data")]
         $($item)*
     };

@@ -413,5 +413,5 @@ pub(crate) fn load<T: Copy>(table: &[T], index: usize) -> Option<T> {
 #[doc(hidden)]
 #[macro_export]
 macro_rules! flash_static {
-    ($($item:tt)*) => { $($item)* };
+    (unsafe $($item:tt)*) => { $($item)* };
 }
