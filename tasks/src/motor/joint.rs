@@ -308,7 +308,8 @@ impl Joint {
         }
         let drive = (self.speed >> DRIVE_OF_SPEED).min(FULL_DRIVE as u16) as i16;
         let is_upward = self.setpoint < self.target;
-        if self.setpoint.abs_diff(position) <= LARGEST_LAG {
+        let is_ahead = (self.setpoint < position) == is_upward;
+        if is_ahead || self.setpoint.abs_diff(position) <= LARGEST_LAG {
             let [fraction, step] = (self.speed + u16::from(self.fraction)).to_le_bytes();
             self.fraction = fraction;
             self.setpoint = match u16::from(step) {

@@ -57,6 +57,22 @@ fn step_response(plant: Plant, from: f64, to: f64, speed: u8) -> (f64, f64) {
     (beyond / (to - from).abs() * 100.0, error)
 }
 
+/// A load may turn the joint faster than it was to turn, and hold it.
+#[test]
+fn a_joint_that_is_turned_ahead_to_its_target_has_arrived() {
+    for to in [60.0, -60.0] {
+        let mut rig = Rig::new(Plant::at(0.0));
+        rig.joint.turn_to(to as i16 * 10, 20);
+        for percent in 0..=100 {
+            rig.plant = Plant::at(to * f64::from(percent) / 100.0);
+            rig.plant.surroundings.is_blocked = true;
+            rig.trace(2);
+        }
+        rig.trace(4_000);
+        assert_eq!(rig.joint.state(), State::Arrived);
+    }
+}
+
 #[test]
 fn a_step_of_30_degrees() {
     for (from, to) in [(0.0, 30.0), (30.0, 0.0), (-15.0, 15.0), (80.0, 50.0)] {
