@@ -16,7 +16,7 @@ use crate::event::Event;
 use crate::gait::{GAITS, Gait, Leader, Once};
 use crate::hormone::Hormone;
 use crate::module_type::ModuleType;
-use crate::neighbours::{Neighbours, connected, to_bytes};
+use crate::neighbours::{Neighbours, connected, differences, to_bytes};
 use crate::order::{Course, Helm, Order, What};
 use crate::pace::{Pace, RHYTHMS};
 use crate::pacemaker::{Beats, Pacemaker};
@@ -146,10 +146,10 @@ impl Controller {
     pub fn topology(&mut self, neighbours: &Neighbours, now: u16) -> Response {
         let module_type = ModuleType::of(neighbours);
         self.status.module_type = module_type;
+        let others = differences(&self.status.neighbours, neighbours);
         self.status.neighbours = to_bytes(neighbours);
-        let before = self.connected;
         self.connected = connected(neighbours);
-        self.ledger.tell(self.connected.without(before), now);
+        self.ledger.tell(self.connected.intersection(others), now);
         self.status.topology_changes = self.status.topology_changes.wrapping_add(1);
         let mut response = self.become_type(ModuleType::acting(neighbours), now);
         let is_another = response.action.is_some();

@@ -25,6 +25,17 @@ pub fn connected(neighbours: &Neighbours) -> DockSet {
     docks
 }
 
+/// The docks at which `neighbours` differ from those that are `bytes`.
+pub fn differences(bytes: &[u8; 6], neighbours: &Neighbours) -> DockSet {
+    let mut docks = DockSet::EMPTY;
+    for ((dock, before), after) in Dock::ALL.into_iter().zip(bytes).zip(to_bytes(neighbours)) {
+        if *before != after {
+            docks.insert(dock);
+        }
+    }
+    docks
+}
+
 /// The inverse of [`to_bytes`], or `None` if `bytes` are not six or one of them is no dock.
 pub fn from_bytes(bytes: &[u8]) -> Option<Neighbours> {
     if bytes.len() != 6 {

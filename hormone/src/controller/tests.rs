@@ -609,6 +609,18 @@ fn a_head_that_was_reset_learns_how_the_robot_walks_before_it_beats() {
     assert_eq!(pace_of(response.send.unwrap()).name, GaitName::Caterpillar as u8);
 }
 
+/// It may have come there from another robot before anybody missed it.
+#[test]
+fn a_neighbour_that_is_attached_by_another_dock_than_the_one_before_is_told_what_stands() {
+    let mut head = module(&HEAD);
+    assert_eq!(told(&mut head, 10), []);
+    let _ = head.topology(&RIGHT_LEG, 10);
+    assert_eq!(told(&mut head, 10), [(Standing::none(1), false, DockSet::of(&[Back]))]);
+    knows(&mut head, Back, 20);
+    let _ = head.topology(&RIGHT_LEG, 30);
+    assert_eq!(told(&mut head, 30), [], "it is the same");
+}
+
 #[test]
 fn what_was_kept_stands_where_nothing_was_given_since_and_what_is_given_is_to_be_kept() {
     let caterpillar = Standing { number: 7, ..Standing::none(GaitName::Caterpillar as u8) };
