@@ -19,6 +19,7 @@ use hormone::event::Event;
 use hormone::gait::GaitName;
 use hormone::period::Period;
 use hormone::sense::Sense;
+use hormone::status::Status;
 use tasks::dock::{Dock, DockSet};
 
 use crate::native::devices::value;
@@ -291,6 +292,18 @@ impl Gait {
             walker.feel(&values, (self.felt_at, now), self.turned_at);
         }
         self.felt_at = now;
+    }
+
+    /// Looks whether modules that have to do nothing rest: their joints may go on without any event.
+    pub fn look_for_rest(&mut self, robot: &impl Robot) {
+        let now = robot.now();
+        for (module, halted) in self.halted.iter().enumerate() {
+            let is_late = halted.is_some_and(|settled_at| now >= settled_at);
+            let acts = |status: Status| status.action != Action::Rest;
+            if is_late && robot.status(module).is_some_and(acts) {
+                self.tally.count(Violation { at: now, module, wrong: Wrong::GoesOn });
+            }
+        }
     }
 
     /// Time has passed up to `now`.

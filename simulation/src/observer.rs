@@ -93,6 +93,7 @@ impl Observer {
         self.discovery.look(robot);
         self.gait.pass(robot.now());
         self.gait.feel(robot);
+        self.gait.look_for_rest(robot);
     }
 
     /// Takes in what the robot has done since the last call.

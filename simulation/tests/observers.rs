@@ -534,6 +534,22 @@ fn what_the_robot_changes_itself_counts_as_a_change() {
     assert_eq!((observer.discovery.lost_after, observer.discovery.lapses), (Some(200 * MILLISECOND), 0));
 }
 
+/// Its joints go on by an action that it does not end, and it tells of nothing.
+#[test]
+fn a_module_that_was_ordered_to_stop_and_does_not_rest_is_wrong() {
+    for (action, is_right) in [(Action::Rest, true), (Swing, false)] {
+        let (mut script, mut observer) = Script::discovered();
+        script.walk(&mut observer, 1..9);
+        script.statuses[2].action = action;
+        let change = Change::Command { at: Face { module: 5, dock: Back }, payload: vec![0xd0, 1, 255] };
+        observer.changed(&Happening { at: 9 * PERIOD / 2, change });
+        script.passes(&mut observer, 5 * PERIOD);
+        assert_eq!(observer.gait.violations(), 0);
+        script.passes(&mut observer, 9 * PERIOD);
+        assert_eq!(observer.gait.violations() == 0, is_right, "{action:?}");
+    }
+}
+
 /// Within the time that a change gives, at power-up and after each order.
 #[test]
 fn a_robot_that_was_ordered_to_walk_otherwise_is_judged_by_the_rules_of_that_gait() {
