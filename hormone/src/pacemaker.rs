@@ -54,8 +54,9 @@ pub struct Pacemaker {
     number: u8,
     /// Beats since the last hormone.
     missed: u8,
-    /// The last beat is not the leader's: here, or on the way here, a timer took the place of its hormone.
-    is_made_good: bool,
+    /// 0 if the last beat is the leader's. Else a timer took the place of its hormone, here or on the way
+    /// here, and this is 1 and how many hormones of a leader came by another way since the last by this one.
+    stale: u8,
     /// The last beat took the place of another, because the module that it came from knew better.
     is_corrected: bool,
 }
@@ -70,7 +71,7 @@ impl Pacemaker {
             rhythm: 0,
             number: 0,
             missed: MOST_MISSED,
-            is_made_good: true,
+            stale: 1,
             is_corrected: false,
         }
     }
@@ -97,7 +98,7 @@ impl Pacemaker {
 
     /// Whether a timer took the place of the leader's hormone for the last beat, here or on the way here.
     pub fn is_made_good(&self) -> bool {
-        self.is_made_good
+        self.stale > 0
     }
 
     /// Whether the module follows a rhythm.
@@ -150,7 +151,7 @@ impl Pacemaker {
         }
         self.skip(now.wrapping_sub(PATIENCE));
         self.missed += 1;
-        self.is_made_good = true;
+        self.stale = self.stale.max(1);
         self.is_corrected = false;
         Some(self.last)
     }
@@ -167,7 +168,7 @@ impl Pacemaker {
     pub fn hear(&mut self, pace: Pace, same_way: bool, now: u16) -> bool {
         let beat = self.gait.beat.get();
         let elapsed = now.wrapping_sub(self.last_at);
-        if !same_way && self.is_bound() {
+        if !same_way && self.is_bound() && !self.has_better(pace) {
             return false;
         }
         let is_known = same_way && self.is_following();
@@ -179,7 +180,7 @@ impl Pacemaker {
             0 if is_same && is_in_order => return self.hear_again(pace),
             // A module on the way had another type for a moment, and this beat was made good meanwhile. In a
             // ring, where hormones have a lifetime, another rhythm is another leader's, at its own time.
-            0 if is_known && self.is_made_good && pace.lifetime.is_none() && elapsed < beat / 4 => {
+            0 if is_known && self.is_made_good() && pace.lifetime.is_none() && elapsed < beat / 4 => {
                 // One that was made good may be this module's own, back round a loop: it shows no leader.
                 let missed = self.missed;
                 let is_news = self.hear_again(pace);
@@ -229,7 +230,9 @@ impl Pacemaker {
         }
         self.rhythm = pace.rhythm;
         self.missed = 0;
-        self.is_made_good &= pace.is_made_good;
+        if !pace.is_made_good {
+            self.stale = 0;
+        }
         false
     }
 
@@ -247,7 +250,7 @@ impl Pacemaker {
     /// Whether the module that the last beat came from may know better. It may correct a beat once, because
     /// round a loop two modules could correct each other.
     fn may_be_corrected(&self) -> bool {
-        self.is_made_good && !self.is_corrected
+        self.is_made_good() && !self.is_corrected
     }
 
     /// Whether the hormone of the last beat came, and the next one is not due yet.
@@ -261,13 +264,24 @@ impl Pacemaker {
         self.missed < SILENT
     }
 
+    /// Takes note of a hormone by another way. Returns whether it is better than those that come by the
+    /// present one: it is a leader's, and so were as many before it, while by the present way none was. That
+    /// may be a loop without a leader, which this module keeps alive itself.
+    fn has_better(&mut self, pace: Pace) -> bool {
+        if !self.is_made_good() || pace.is_made_good {
+            return false;
+        }
+        self.stale += 1;
+        self.stale > MOST_MISSED
+    }
+
     /// Whether another rhythm that comes the same way takes the place of one that still beats: that of a
     /// new leader, or of a new place in the robot. A hormone that comes within a quarter of a beat, or that
     /// is of the last beat, may be the module's own that came back round a loop, where it would race. Its
     /// letter may be another one by then; but in a ring it has a lifetime, and does not come back. It is
     /// not its own if it is a leader's, while the last beat here was made good.
     fn succeeds(&self, pace: Pace, now: u16) -> bool {
-        let is_fresher = self.is_made_good && !pace.is_made_good;
+        let is_fresher = self.is_made_good() && !pace.is_made_good;
         let is_last = pace.ahead_of(self.number) == 0 && (pace.lifetime.is_none() || pace.data == self.last);
         is_fresher || !is_last && now.wrapping_sub(self.last_at) >= self.gait.beat.get() / 4
     }
@@ -278,7 +292,7 @@ impl Pacemaker {
         self.rhythm = pace.rhythm;
         self.number = pace.number;
         self.missed = 0;
-        self.is_made_good = pace.is_made_good;
+        self.stale = if pace.is_made_good { self.stale.max(1) } else { 0 };
         self.is_corrected = false;
     }
 }

@@ -169,6 +169,31 @@ fn a_module_has_time_to_follow_hormones_that_come_another_way() {
     }
 }
 
+/// The beat of a loop goes on by itself there, while the head's hormones come to one of its modules by
+/// another way.
+#[test]
+fn a_loop_that_cuts_off_the_head_gives_way_to_it() {
+    for (modules, events, seed) in [
+        (
+            12,
+            "at = 5.689\nswap = [1, 10]\n[[event]]\nat = 11.813\nattach = [\"9.Up\", \"6.Left\"]\n\
+             [[event]]\nat = 16.969\nreset = 5",
+            30261,
+        ),
+        (
+            19,
+            "at = 1.391\ncommand = [0xd1, 237, 80]\nto = \"10.Left\"\n\
+             [[event]]\nat = 2.807\ncommand = [0xd1, 60, 20]\nto = \"8.Up\"\n\
+             [[event]]\nat = 9.86\nswap = [7, 2]\n[[event]]\nat = 11.383\nreset = 17\n\
+             [[event]]\nat = 19.818\nattach = [\"12.Right\", \"17.Right\"]",
+            32039,
+        ),
+    ] {
+        let file = format!("shape = \"centipede\"\nmodules = {modules}\n[[event]]\n{events}\n");
+        assert_eq!(verdict(&file, seed, 40), [""; 0], "{file}");
+    }
+}
+
 /// For 300 ms a module that comes there says that it hears its neighbour of before.
 #[test]
 fn a_module_may_come_to_a_dock_that_is_heard_in_one_direction_only() {

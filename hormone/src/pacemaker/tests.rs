@@ -241,6 +241,26 @@ fn where_there_are_two_ways_the_first_one_is_kept() {
     }
 }
 
+/// What comes by the first way may be the module's own, back round a loop.
+#[test]
+fn where_one_way_brings_no_beat_of_a_leader_the_other_is_followed_in_the_end() {
+    let made_good = |beat| Pace { is_made_good: true, ..nth(beat) };
+    let leaders = |beat| Pace { rhythm: 9, ..nth(beat) };
+    let mut timer = pacemaker(0);
+    assert!(hear(&mut timer, nth(0), 0));
+    for beat in 1..=u16::from(MOST_MISSED) + 2 {
+        // A leader's own beat by the first way counts anew.
+        let first = if beat == 2 { nth(beat) } else { made_good(beat) };
+        let is_last = beat == u16::from(MOST_MISSED) + 2;
+        assert_eq!(timer.hear(leaders(beat + 1), false, beat * BEAT - 200), false, "beat {beat}");
+        assert!(hear(&mut timer, first, beat * BEAT));
+        assert!(!timer.hear(made_good(beat), false, beat * BEAT + 10));
+        if is_last {
+            assert!(timer.hear(leaders(beat + 1), false, beat * BEAT + 300));
+        }
+    }
+}
+
 #[test]
 fn another_gait_is_another_rhythm() {
     let mut timer = pacemaker(0);
