@@ -19,7 +19,7 @@ pub enum Destination {
     /// A device or a named pipe.
     Stream(PathBuf, File),
     /// A file, which may exist already. The report is first written to a temporary file beside it, so the
-    /// file is either complete or unchanged.
+    /// file is either complete or unchanged, unless it can be written only in place.
     File(PathBuf),
 }
 
@@ -154,8 +154,8 @@ pub fn tell(
 fn write_beside(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut file = beside(path)?;
     file.write_all(content)?;
-    file.persist(path)?;
-    Ok(())
+    // What is mounted into a container, or is another user's in a directory such as /tmp, can't be replaced.
+    file.persist(path).map(drop).or_else(|_| std::fs::write(path, content))
 }
 
 /// The canonical path of a file, even if the file does not exist yet. A link stays a link.

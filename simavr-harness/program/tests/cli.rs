@@ -439,6 +439,30 @@ fn a_report_is_written_whole_or_leaves_the_file_as_it_was() {
     assert_eq!(names(), 3);
 }
 
+/// As a file that is mounted into a container. Without user namespaces it can't be tried.
+#[test]
+fn a_report_goes_into_a_file_that_can_not_be_replaced() {
+    let directory = tempfile::tempdir().unwrap();
+    let [file, mounted] = ["file", "mounted"].map(|name| directory.path().join(name));
+    for path in [&file, &mounted] {
+        std::fs::write(path, "before ".repeat(1000)).unwrap();
+    }
+    let program = env!("CARGO_BIN_EXE_superbot-sim");
+    let script = r#"mount --bind "$1" "$2" || exit 9; shift; shift; exec "$@""#;
+    let mut shell = Command::new("unshare");
+    shell.args(["--map-root-user", "--mount", "sh", "-c", script, "sh"]).args([&file, &mounted]);
+    let output =
+        shell.arg(program).args(QUICK).arg("--json").arg(&mounted).output().expect("util-linux has it");
+    let message = String::from_utf8_lossy(&output.stderr);
+    if message.starts_with("unshare") || output.status.code() == Some(9) {
+        eprintln!("left out: {message}");
+        return;
+    }
+    assert_eq!(output.status.code(), Some(0), "{message}");
+    let written = std::fs::read(&file).unwrap();
+    assert_eq!(serde_json::from_slice::<Value>(&written).expect("it is JSON")["modules"], 5);
+}
+
 #[test]
 fn a_report_goes_to_where_a_link_leads_and_the_link_stays() {
     let directory = tempfile::tempdir().unwrap();
