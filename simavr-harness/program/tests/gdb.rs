@@ -3,7 +3,7 @@
 mod command;
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::net::TcpStream;
+use std::net::{TcpListener, TcpStream};
 use std::process::{Child, Command, Output, Stdio};
 use std::time::Duration;
 
@@ -266,6 +266,16 @@ fn what_is_no_packet_is_refused_or_ignored_too_while_the_mcu_runs() {
     assert_ne!(ask(&mut gdb, "g"), before, "it has run");
     assert_eq!(ask(&mut gdb, "D;1"), "OK");
     assert!(server.wait().expect("it ends").success());
+}
+
+#[test]
+fn a_port_that_is_taken_is_told_before_the_robot_runs() {
+    let taken = TcpListener::bind(("127.0.0.1", 0)).expect("there is a port");
+    let port = taken.local_addr().expect("it has a number").port().to_string();
+    let output = run(&[&["gdb", "0.master", "--at", "0.9", "--listen", &port], &ROBOT[..]].concat());
+    let error = text(&output.stderr);
+    assert!(output.status.code() == Some(2) && error.contains("give --listen another port"), "{error}");
+    assert!(!error.contains("running up to"), "{error}");
 }
 
 #[test]

@@ -56,13 +56,14 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
     }
     drop((worker, robot));
     let mut worker = Line::new(server);
+    // Before the run takes its time.
+    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, options.listen.unwrap_or(0)))
+        .map_err(|error| format!("can't listen: {error}; give --listen another port"))?;
+    let address = listener.local_addr()?;
     if *at > 0.0 {
         say(format_args!("superbot-sim: running up to {at} s\n"));
     }
     let first: Report = worker.receive().ok_or("the robot did not run: see the message above")?;
-    let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, options.listen.unwrap_or(0)))
-        .map_err(|error| format!("can't listen: {error}; give --listen another port"))?;
-    let address = listener.local_addr()?;
     if options.listen.is_some() {
         say(format_args!("superbot-sim: waiting for gdb: connect it with target remote {address}\n"));
         let (gdb, _) = listener.accept()?;
