@@ -3,6 +3,7 @@
 mod command;
 
 use std::fs;
+use std::os::unix::fs::symlink;
 use std::os::unix::process::CommandExt;
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -279,13 +280,18 @@ fn a_campaign_that_grows_keeps_what_is_done() {
     let result = fs::read_dir(format!("{}/runs", campaign.directory())).unwrap().next().unwrap().unwrap();
     let result = format!("runs/{}", result.file_name().to_str().unwrap());
     for own in ["campaign.json", "jobs", "runs.csv", "summary.csv", &result] {
-        let svg = format!("{}/{own}", campaign.directory());
-        let before = fs::read(&svg).unwrap();
-        let output = campaign.report(&["--plot", "failed", "--against", "loss", "--svg", &svg]);
-        assert_eq!(output.status.code(), Some(2));
-        let advice = "belongs to the campaign: give --svg another path";
-        assert!(said(&output).contains(advice), "{}", said(&output));
-        assert_eq!(fs::read(&svg).unwrap(), before, "{own}");
+        let file = format!("{}/{own}", campaign.directory());
+        let before = fs::read(&file).unwrap();
+        let link = campaign.path("link.svg");
+        let _ = fs::remove_file(&link);
+        symlink(&file, &link).unwrap();
+        for svg in [&file, &link] {
+            let output = campaign.report(&["--plot", "failed", "--against", "loss", "--svg", svg]);
+            assert_eq!(output.status.code(), Some(2), "{svg}");
+            let advice = "belongs to the campaign: give --svg another path";
+            assert!(said(&output).contains(advice), "{}", said(&output));
+            assert_eq!(fs::read(&file).unwrap(), before, "{own}");
+        }
     }
 }
 

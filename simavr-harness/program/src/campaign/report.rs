@@ -58,6 +58,8 @@ pub fn run(options: &CampaignReport) -> Result<(), Box<dyn Error>> {
 
 /// Makes sure that a plot neither overwrites a file of the campaign nor is overwritten by a table.
 fn expect_no_other(svg: &Path, directory: &Path) -> Result<(), String> {
+    // A link leads to what is overwritten.
+    let svg = &svg.canonicalize().unwrap_or_else(|_| svg.into());
     let folder = svg.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let is_table = |name: &OsStr| [RUNS, TYPED_RUNS, SUMMARY].map(OsStr::new).contains(&name);
     let is_taken = |name| is_same(folder, directory) && (jobs::is_own(name) || is_table(name));
