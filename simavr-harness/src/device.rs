@@ -281,6 +281,27 @@ pub(crate) fn ignore_writes(cpu: Cpu, address: u16) {
     }
 }
 
+/// Makes SBI and CBI of the bits of the register at `address` that have no handler of their own in simavr's
+/// list do nothing: simavr would call a null pointer.
+///
+/// # Safety
+/// simavr keeps a list of handlers for that register, one for each bit.
+pub(crate) unsafe fn ignore_other_bits(cpu: Cpu, address: u16) {
+    // SAFETY: the instance is alive by the invariant of `Cpu`; the caller vouches for the list, and the
+    // reference ends here.
+    let list = unsafe {
+        let list = (*cpu.as_ptr()).bit_io[usize::from(address - IO_START)].param;
+        NonNull::new(list.cast::<[ffi::bit_cb; 8]>()).map(|mut list| list.as_mut())
+    };
+    for bit in list.into_iter().flatten().filter(|bit| bit.c.is_none()) {
+        bit.c = Some(ignore_bit);
+    }
+}
+
+unsafe extern "C" fn ignore_bit(_: *mut ffi::avr_t, _: u8, _: u8, _: *mut c_void) -> std::ffi::c_int {
+    1
+}
+
 unsafe extern "C" fn ignore(_: *mut ffi::avr_t, _: ffi::avr_io_addr_t, _: u8, _: *mut c_void) {}
 
 /// # Safety

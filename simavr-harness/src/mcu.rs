@@ -129,7 +129,7 @@ impl Mcu {
     pub fn new(part: &'static Part, image: Arc<Image>, seed: u64) -> Result<Self, McuError> {
         let missing = || McuError::NotInSimavr(part.name);
         let cpu = Cpu::create(part.name, CLOCK_HZ).ok_or_else(missing)?;
-        pins::install(cpu, part.read_only_pins);
+        pins::install(cpu, part);
         let mut wrapped = interrupt::install(cpu);
         rampz::install(cpu, &mut wrapped);
         reset_flags::install(cpu, &mut wrapped);

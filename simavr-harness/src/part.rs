@@ -17,6 +17,8 @@ pub struct Part {
     pub(crate) marker: u16,
     /// The read-only PINx registers. On later parts a write to PINx toggles PORTx.
     pub(crate) read_only_pins: &'static [u16],
+    /// PCIFR, on the later parts.
+    pub(crate) pin_change_flags: Option<u16>,
     /// In the order of their numbers.
     pub(crate) usarts: &'static [UsartRegisters],
     pub(crate) twi: TwiRegisters,
@@ -117,6 +119,7 @@ impl Part {
         return_address: 2,
         marker: 0x42,
         read_only_pins: &[0x39, 0x36, 0x33, 0x30, 0x21, 0x20, 0x63],
+        pin_change_flags: None,
         usarts: &[
             UsartRegisters {
                 udr: 0x2c,
@@ -169,6 +172,7 @@ impl Part {
         return_address: 2,
         marker: GPIOR0,
         read_only_pins: &[],
+        pin_change_flags: Some(PCIFR),
         usarts: &[later_usart(0xc0, 18)],
         twi: later_twi(24),
         eeprom: later_eeprom(22, 1024),
@@ -184,6 +188,7 @@ impl Part {
         return_address: 2,
         marker: GPIOR0,
         read_only_pins: &[],
+        pin_change_flags: Some(PCIFR),
         usarts: &[later_usart(0xc0, 20), later_usart(0xc8, 28)],
         twi: later_twi(26),
         eeprom: later_eeprom(25, 4096),
@@ -199,6 +204,7 @@ impl Part {
         return_address: 3,
         marker: GPIOR0,
         read_only_pins: &[],
+        pin_change_flags: Some(PCIFR),
         usarts: &[
             later_usart(0xc0, 25),
             later_usart(0xc8, 36),
@@ -239,6 +245,9 @@ impl Part {
         self.response_cycles()
     }
 }
+
+/// PCIFR of the parts that came after the ATmega128.
+const PCIFR: u16 = 0x3b;
 
 /// GPIOR0 of the parts that came after the ATmega128.
 const GPIOR0: u16 = 0x3e;

@@ -6,7 +6,7 @@ mod common;
 use std::sync::Arc;
 
 use common::{build_for, marked, mcu_of};
-use simavr_harness::{Mcu, Part, Pin, State};
+use simavr_harness::{Image, Mcu, Part, Pin, State};
 
 #[test]
 fn a_write_to_pinx_toggles_portx_on_later_parts_alone() {
@@ -36,13 +36,20 @@ fn a_pin_that_a_part_does_not_have_does_nothing() {
     }
 }
 
+/// The same image, to be executed by both interpreters.
+fn twice(part: &Part) -> [Arc<Image>; 2] {
+    let image = build_for(part, "reserved.c", &[]);
+    let undecoded = Arc::new(Arc::unwrap_or_clone(image.clone()).undecoded());
+    [image, undecoded]
+}
+
 #[test]
 fn a_program_may_write_where_a_part_has_no_register() {
-    let image = build_for(Part::ATMEGA2560, "reserved.c", &[]);
-    let undecoded = Arc::new(Arc::unwrap_or_clone(image.clone()).undecoded());
-    for image in [image, undecoded] {
-        let mut mcu = Mcu::new(Part::ATMEGA2560, image, 1).expect("the image fits the part");
-        assert_eq!(mcu.run_to_end(10_000), State::Done);
-        assert_eq!(marked(&mcu), [1]);
+    for part in Part::ALL {
+        for image in twice(part) {
+            let mut mcu = Mcu::new(part, image, 1).expect("the image fits the part");
+            assert_eq!(mcu.run_to_end(10_000), State::Done);
+            assert_eq!(marked(&mcu), [1]);
+        }
     }
 }
