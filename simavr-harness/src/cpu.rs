@@ -11,6 +11,7 @@ use std::ptr::NonNull;
 use std::sync::Once;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use instruction_set::Instruction::{Elpm, ElpmIncrement};
 use simavr_ffi as ffi;
 
 mod registers;
@@ -276,10 +277,34 @@ impl Cpu {
 
     /// Executes the run that has begun by simavr's own interpreter.
     pub fn run_by_simavr(self) {
+        if self.rampz().is_none() {
+            // A part without RAMPZ has no ELPM: simavr reports that, and then reads far beyond its flash.
+            self.run_for_one_instruction();
+            if self.is_before_elpm() {
+                return self.report("Invalid Opcode: ELPM without RAMPZ");
+            }
+        }
         let avr = self.as_ptr();
         // SAFETY: the instance is alive, and no reference into it exists across the call: callbacks use
         // handles of their own.
         unsafe { (*avr).pc = avr_run_one(avr) }
+    }
+
+    /// Whether the next instruction is ELPM.
+    fn is_before_elpm(self) -> bool {
+        let pc = self.pc() as usize;
+        let opcode =
+            self.with_flash(|flash| flash.get(pc..)?.first_chunk().map(|&word| u16::from_le_bytes(word)));
+        opcode.is_some_and(|opcode| {
+            matches!(instruction_set::decode(0, opcode, 0), Elpm { .. } | ElpmIncrement { .. })
+        })
+    }
+
+    /// Ends the run with an error, unless simavr has reported one.
+    fn report(self, error: &str) {
+        // SAFETY: `control` lives as long as the instance; the reference ends here.
+        unsafe { (*self.control()).fault.get_or_insert_with(|| error.to_owned()) };
+        self.call_attention();
     }
 
     /// Holds a run to its deadline. simavr forgets how much of the run has passed whenever a timer

@@ -37,8 +37,8 @@ fn a_pin_that_a_part_does_not_have_does_nothing() {
 }
 
 /// The same image, to be executed by both interpreters.
-fn twice(part: &Part) -> [Arc<Image>; 2] {
-    let image = build_for(part, "reserved.c", &[]);
+fn twice(part: &Part, defines: &[&str]) -> [Arc<Image>; 2] {
+    let image = build_for(part, "reserved.c", defines);
     let undecoded = Arc::new(Arc::unwrap_or_clone(image.clone()).undecoded());
     [image, undecoded]
 }
@@ -46,10 +46,19 @@ fn twice(part: &Part) -> [Arc<Image>; 2] {
 #[test]
 fn a_program_may_write_where_a_part_has_no_register() {
     for part in Part::ALL {
-        for image in twice(part) {
+        for image in twice(part, &[]) {
             let mut mcu = Mcu::new(part, image, 1).expect("the image fits the part");
             assert_eq!(mcu.run_to_end(10_000), State::Done);
             assert_eq!(marked(&mcu), [1]);
         }
+    }
+}
+
+#[test]
+fn elpm_crashes_a_program_for_a_part_without_rampz() {
+    for image in twice(Part::ATMEGA328P, &["ELPM"]) {
+        let mut mcu = Mcu::new(Part::ATMEGA328P, image, 1).expect("the image fits the part");
+        let end = mcu.run_to_end(10_000);
+        assert!(matches!(&end, State::Crashed(reason) if reason.contains("Invalid Opcode")), "{end:?}");
     }
 }
