@@ -146,8 +146,9 @@ impl Controller {
     pub fn topology(&mut self, neighbours: &Neighbours, now: u16) -> Response {
         let module_type = ModuleType::of(neighbours);
         self.status.module_type = module_type;
-        let others = differences(&self.status.neighbours, neighbours);
-        self.status.neighbours = to_bytes(neighbours);
+        let bytes = to_bytes(neighbours);
+        let others = differences(&self.status.neighbours, &bytes);
+        self.status.neighbours = bytes;
         self.connected = connected(neighbours);
         self.ledger.tell(self.connected.intersection(others), now);
         self.status.topology_changes = self.status.topology_changes.wrapping_add(1);

@@ -25,11 +25,11 @@ pub fn connected(neighbours: &Neighbours) -> DockSet {
     docks
 }
 
-/// The docks at which `neighbours` differ from those that are `bytes`.
-pub fn differences(bytes: &[u8; 6], neighbours: &Neighbours) -> DockSet {
+/// The docks at which neighbours, as bytes, differ.
+pub fn differences(before: &[u8; 6], after: &[u8; 6]) -> DockSet {
     let mut docks = DockSet::EMPTY;
-    for ((dock, before), after) in Dock::ALL.into_iter().zip(bytes).zip(to_bytes(neighbours)) {
-        if *before != after {
+    for (dock, (before, after)) in Dock::ALL.into_iter().zip(before.iter().zip(after)) {
+        if before != after {
             docks.insert(dock);
         }
     }
