@@ -16,20 +16,19 @@ pub fn to_bytes(neighbours: &Neighbours) -> [u8; 6] {
 
 /// The docks that have a neighbour.
 pub fn connected(neighbours: &Neighbours) -> DockSet {
-    let mut docks = DockSet::EMPTY;
-    for (index, _) in (0..).zip(neighbours).filter(|(_, neighbour)| neighbour.is_some()) {
-        if let Some(dock) = Dock::from_index(index) {
-            docks.insert(dock);
-        }
-    }
-    docks
+    docks_where(neighbours.iter().map(Option::is_some))
 }
 
 /// The docks at which neighbours, as bytes, differ.
 pub fn differences(before: &[u8; 6], after: &[u8; 6]) -> DockSet {
+    docks_where(before.iter().zip(after).map(|(before, after)| before != after))
+}
+
+/// The docks, by index, of which something is so.
+fn docks_where(is_so: impl Iterator<Item = bool>) -> DockSet {
     let mut docks = DockSet::EMPTY;
-    for (dock, (before, after)) in Dock::ALL.into_iter().zip(before.iter().zip(after)) {
-        if before != after {
+    for (index, _) in (0..).zip(is_so).filter(|(_, is_so)| *is_so) {
+        if let Some(dock) = Dock::from_index(index) {
             docks.insert(dock);
         }
     }
