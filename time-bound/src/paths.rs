@@ -6,6 +6,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use microlp::{ComparisonOp, LinearExpr, OptimizationDirection, Problem, Variable};
 
+/// The most cycles of a path: some hours. Farther numbers would not be exact, and their sums would overflow.
+const MOST: u64 = 1 << 40;
+
 /// A function's edges, and the bounds of the paths through them.
 pub struct Paths<Node> {
     /// From, to, cycles.
@@ -33,7 +36,7 @@ impl<Node: Copy + Ord> Paths<Node> {
     /// each with the cycles of its own. `None` if no path leads from any start to any end.
     ///
     /// # Errors
-    /// No path keeps within the bounds, or a loop has no bound.
+    /// No path keeps within the bounds, a loop has no bound, or the path takes more than [`MOST`] cycles.
     pub fn longest(
         &self,
         starts: &BTreeMap<Node, u64>,
@@ -95,7 +98,11 @@ impl<Node: Copy + Ord> Paths<Node> {
         // The optimum is a bound even if the counts are not whole numbers, and rounding is far below a cycle.
         let interrupted = |_| microlp::Error::InternalError("interrupted without a limit".to_owned());
         let solution = program.solve()?.into_solution().map_err(interrupted)?;
-        Ok(Some(solution.objective().round() as u64))
+        let cycles = solution.objective().round() as u64;
+        if cycles > MOST {
+            return Err(microlp::Error::InternalError(format!("a path of {cycles} cycles")));
+        }
+        Ok(Some(cycles))
     }
 
     /// Whether a path through these nodes alone can come back to `header`.
@@ -179,6 +186,16 @@ mod tests {
         let inner = 2 * 4 + 3;
         let loops: [(u32, &[u32], u64); 2] = [(1, &[1, 2, 3], 5), (2, &[2], 3)];
         assert_eq!(longest(&edges, &loops, 4), Some(1 + 4 * (1 + inner + 2) + 1 + inner + 1));
+    }
+
+    #[test]
+    fn a_path_of_days_is_none() {
+        let edges = vec![(0, 1, 1), (1, 1, 7), (1, 2, 6)];
+        for turns in [1 << 40, u64::MAX] {
+            let loops = vec![Bounded { header: 1, nodes: [1].into(), turns }];
+            let paths = Paths { edges: edges.clone(), loops, limits: vec![] };
+            assert!(paths.longest(&[(0, 0)].into(), &[(2, 0)].into()).is_err(), "{turns} turns");
+        }
     }
 
     /// From the middle of a loop three more iterations follow.

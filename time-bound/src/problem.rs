@@ -20,7 +20,7 @@ pub enum Problem {
     NoLoop { function: String },
     #[error("{caller} does not call {callee}: take the note out")]
     NoCall { caller: String, callee: String },
-    #[error("the notes of {function} leave no path through it: correct them")]
+    #[error("the notes of {function} leave no path through it, or one that takes hours: correct them")]
     NoPath { function: String },
     #[error(
         "{function} reads or writes SREG at {address:#x}, in a nested critical section, and its value is \
