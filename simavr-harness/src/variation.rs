@@ -98,7 +98,8 @@ impl FromStr for Variation {
         let of =
             Assumption::ALL.into_iter().find(|known| known.name() == name).ok_or(VariationError::Name)?;
         if (0.0..=90.0).contains(&percent) {
-            Ok(Variation { of, percent })
+            // -0 becomes 0: otherwise the two would be different runs of a campaign.
+            Ok(Variation { of, percent: percent.abs() })
         } else {
             Err(VariationError::Range)
         }

@@ -262,6 +262,7 @@ mod tests {
             ("loss = [0.3, 0.3]", "twice: give each value once"),
             ("seconds = [1, 1.0]", "twice: give each value once"),
             ("loss = [0.0, -0.0]", "twice: give each value once"),
+            ("vary = ['mass=0%', 'mass=-0%']", "twice: give each value once"),
         ] {
             let error = plan(text).err().map(|error| error.to_string()).unwrap_or_default();
             assert!(error.contains(advice), "{text}: {error}");
