@@ -14,9 +14,9 @@ use crate::Image;
 /// <hormone::task::Here as hormone::module::Module>::trace => board::debug::mark
 /// factorial = 40
 /// ```
-/// The first line says where an indirect call leads; a caller with several callees has a line for each. The
-/// second says that a function and all its callees use at most this many bytes. Nothing checks that number. A
-/// function has one such line.
+/// The first line says where an indirect call leads; a caller with several callees has a line for each, and
+/// all functions of a callee's name count. The second says that a function and all its callees use at most
+/// this many bytes. Nothing checks that number. A function has one such line.
 #[derive(Default)]
 pub struct Annotations {
     /// The callees of a caller's indirect calls, by the caller's name.
@@ -71,7 +71,8 @@ impl Annotations {
             if let Some((caller, callee)) = note.split_once("=>") {
                 // Calls are looked up by this name. It matters where a function has several names.
                 let caller = image.name(function(caller)?).to_owned();
-                annotations.calls.entry(caller).or_default().insert(function(callee)?);
+                function(callee)?;
+                annotations.calls.entry(caller).or_default().extend(image.functions(callee.trim()));
             } else if let Some((name, bytes)) = note.rsplit_once('=') {
                 let bytes = bytes.trim().parse().map_err(|_| AnnotationError::Malformed { line })?;
                 if annotations.bytes.insert(function(name)?, bytes).is_some() {

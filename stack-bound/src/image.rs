@@ -145,6 +145,13 @@ impl Image {
         found.all(|&(other, _)| other == at).then_some(at)
     }
 
+    /// The starts of all functions of this name, since files may have functions of their own, or of the one
+    /// that fits a name with a `*`.
+    pub(crate) fn functions(&self, name: &str) -> BTreeSet<u32> {
+        let exact = self.symbols.iter().filter(|(_, other)| other == name).map(|&(at, _)| at);
+        exact.chain(self.function(name)).collect()
+    }
+
     /// The whole name of a function whose name may end with a `*`, as [`function`](Self::function) has it.
     pub fn whole_name<'a>(&'a self, name: &'a str) -> Option<&'a str> {
         let at = self.function(name)?;

@@ -158,6 +158,19 @@ fn an_indirect_call_is_named_until_it_is_noted() {
     assert_eq!(steps(&bounds(&image, "dis* => fil*")[0]), steps(&fill[0]));
 }
 
+/// As two files may have functions of their own of one name. The one that uses less lies first.
+#[test]
+fn all_callees_of_a_noted_name_count() {
+    let elf = build_file("indirect.c", "atmega128");
+    let fill = bounds(&Image::load(&elf).expect("it is an image"), "dispatch => fill");
+    let renamed = elf.with_extension("renamed");
+    let objcopy =
+        Command::new("avr-objcopy").args(["--redefine-sym", "skip=fill"]).args([&elf, &renamed]).status();
+    assert!(objcopy.expect("avr-objcopy runs (Debian: binutils-avr; ./x test installs it)").success());
+    let both = bounds(&Image::load(&renamed).expect("it is an image"), "dispatch => fill");
+    assert_eq!(both[0].needs(), fill[0].needs());
+}
+
 #[test]
 fn what_no_compiler_makes_is_named() {
     let problems = problems(&build("broken.S", "atmega128")).join("\n");
