@@ -123,14 +123,21 @@ impl<'a> Stretcher<'a> {
             };
             called = Some(called.map_or(one, both));
         }
-        if let Some(Stretches { longest, is_handler: true, .. }) = called {
+        // An interrupt comes only once the next instruction has run. If that one masks interrupts again, none
+        // comes.
+        let masks = |to: &Place| flow.nodes.get(to).is_some_and(|next| next.masking == Masking::Masks);
+        let is_in_vain = node.next.iter().any(|(to, _)| masks(to));
+        let masked = if is_masked { mode } else { Mode::Masked };
+        if let Some(Stretches { longest, is_handler: true, .. }) = called
+            && !is_in_vain
+        {
             ways.add_inside(longest.between.max(longest.out_of));
             if let Some(first) = longest.whole.max(longest.into).filter(|_| is_masked) {
                 ways.end(place, cycles + first);
             }
             return Ok(vec![Mode::Enabled]);
         }
-        if let Some(Stretches { longest, returns, .. }) = called {
+        if let Some(Stretches { longest, returns, is_handler }) = called {
             ways.add_inside(longest.between);
             if let Some(whole) = longest.whole.filter(|_| is_masked) {
                 ways.go_on((place, false), cycles + whole, node);
@@ -141,7 +148,9 @@ impl<'a> Stretcher<'a> {
             if let Some(out_of) = longest.out_of {
                 ways.begin(place, out_of, node);
             }
-            let masked = if is_masked { mode } else { Mode::Masked };
+            if is_handler {
+                return Ok(vec![masked]); // by `reti` to what masks interrupts
+            }
             let modes = [Mode::Enabled, masked].into_iter().zip(returns);
             return Ok(modes.filter(|(_, returns)| *returns).map(|(mode, _)| mode).collect());
         }
@@ -161,10 +170,6 @@ impl<'a> Stretcher<'a> {
             (Masking::Restores(_), Mode::Nested(_)) => return Err(nested()),
             (Masking::Restores(_), _) => begins,
         };
-        // An interrupt comes only once the next instruction has run. If that one masks interrupts again, none
-        // comes.
-        let masks = |to: &Place| flow.nodes.get(to).is_some_and(|next| next.masking == Masking::Masks);
-        let is_in_vain = node.next.iter().any(|(to, _)| masks(to));
         let after = if after == Mode::Enabled && is_in_vain { mode } else { after };
         match (is_masked, after != Mode::Enabled) {
             (true, true) => ways.go_on((place, false), cycles, node),
