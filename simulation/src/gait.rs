@@ -127,7 +127,7 @@ impl Gait {
         disturbed.iter_mut().zip(since).for_each(|(before, since)| *before |= since);
         self.wiring = wiring.clone();
         self.follow(&disturbed, now);
-        self.unsettled(&disturbed, now)
+        self.unsettled(&disturbed)
     }
 
     /// The body of a module was ordered to walk by this gait in this Period, or to stop. Returns the modules
@@ -171,14 +171,15 @@ impl Gait {
     fn touched(&mut self, touched: &[usize], now: u64) -> Vec<(usize, u64)> {
         let disturbed = concerned(&self.wiring, &self.orders, touched);
         self.follow(&disturbed, now);
-        self.unsettled(&disturbed, now)
+        self.unsettled(&disturbed)
     }
 
-    /// Until when modules may be disturbed: those that hormones do not reach until they have noticed.
-    fn unsettled(&self, disturbed: &[bool], now: u64) -> Vec<(usize, u64)> {
+    /// Until when modules may be disturbed: those that no leader's hormones reach until they do. A beat may
+    /// go on round a loop there by itself.
+    fn unsettled(&self, disturbed: &[bool]) -> Vec<(usize, u64)> {
         let until = |module: usize| match self.walker_of[module] {
             Some(walker) => self.walkers[walker].settled_at,
-            None => now + DISCOVERY,
+            None => u64::MAX,
         };
         let modules = (0..disturbed.len()).filter(|&module| disturbed[module]);
         modules.map(|module| (module, until(module))).collect()

@@ -194,6 +194,17 @@ fn a_loop_that_cuts_off_the_head_gives_way_to_it() {
     }
 }
 
+/// Round a ring by a chain's gait the last beat goes on by itself, and a hormone may be overtaken by the
+/// next.
+#[test]
+fn hormones_are_not_lost_where_no_leader_sends_any() {
+    let file = "shape = \"ring\"\nmodules = 7\n[[event]]\nat = 6.663\n\
+        command = [0xd2, 123, 10]\nto = \"0.Down\"\n[[event]]\nat = 11.292\nreset = 1\n";
+    let mut faults = verdict(file, 30007, 25);
+    faults.retain(|fault| !is_of_file(fault));
+    assert_eq!(faults, [""; 0]);
+}
+
 /// For 300 ms a module that comes there says that it hears its neighbour of before.
 #[test]
 fn a_module_may_come_to_a_dock_that_is_heard_in_one_direction_only() {
