@@ -34,6 +34,10 @@ const LATE: u8 = NUMBERS - 1;
 /// After so many beats without a hormone the module follows no rhythm any more: at the last of them it rests.
 pub const MOST_MISSED: u8 = 8;
 
+/// A loop's own beat comes in time, but for one of [`MOST_MISSED`]. Over lines that lose hormones more than
+/// one of so many are overdue.
+const LATENESS: u8 = 3;
+
 /// The last beat and the next one.
 #[derive(Clone, Copy)]
 pub struct Beats {
@@ -55,7 +59,8 @@ pub struct Pacemaker {
     /// Beats since the last hormone.
     missed: u8,
     /// 0 if the last beat is the leader's. Else a timer took the place of its hormone, here or on the way
-    /// here, and this is 1 and how many hormones of a leader came by another way since the last by this one.
+    /// here, and this is 1 and how many hormones of a leader came by another way since then, less
+    /// [`LATENESS`] for each beat whose hormone by this way was overdue.
     stale: u8,
     /// The last beat took the place of another, because the module that it came from knew better.
     is_corrected: bool,
@@ -151,7 +156,8 @@ impl Pacemaker {
         }
         self.skip(now.wrapping_sub(PATIENCE));
         self.missed += 1;
-        self.stale = self.stale.max(1);
+        // Lines may lose hormones of this way.
+        self.stale = self.stale.saturating_sub(LATENESS).max(1);
         self.is_corrected = false;
         Some(self.last)
     }
