@@ -252,7 +252,7 @@ fn where_one_way_brings_no_beat_of_a_leader_the_other_is_followed_in_the_end() {
         // A leader's own beat by the first way counts anew.
         let first = if beat == 2 { nth(beat) } else { made_good(beat) };
         let is_last = beat == u16::from(MOST_MISSED) + 2;
-        assert_eq!(timer.hear(leaders(beat + 1), false, beat * BEAT - 200), false, "beat {beat}");
+        assert!(!timer.hear(leaders(beat + 1), false, beat * BEAT - 200), "beat {beat}");
         assert!(hear(&mut timer, first, beat * BEAT));
         assert!(!timer.hear(made_good(beat), false, beat * BEAT + 10));
         if is_last {
