@@ -200,8 +200,11 @@ impl Gait {
             let shall_stop = self.orders.gait(module).is_none() && self.wiring.has_power(module);
             *halted = shall_stop.then_some(until);
         }
-        let choose = self.choose_ways(now);
-        for (module, hops) in hops(&self.wiring, &self.orders).into_iter().enumerate() {
+        let hops = hops(&self.wiring, &self.orders);
+        let led = before.iter().flatten().filter(|walker| walker.hops == 0).map(|walker| walker.module);
+        let leads_no_more: Vec<usize> = led.filter(|&module| hops[module] != Some(0)).collect();
+        let choose = self.choose_ways(&leads_no_more, now);
+        for (module, hops) in hops.into_iter().enumerate() {
             let (Some(hops), Some(gait)) = (hops, self.orders.gait(module)) else { continue };
             let neighbours = self.wiring.neighbours(module);
             let known = before[module].take();
@@ -226,12 +229,14 @@ impl Gait {
     }
 
     /// By module, whether it may have to follow hormones that come another way than before: by another dock,
-    /// or by way of a module to which they do. At power-up it follows none.
-    fn choose_ways(&mut self, now: u64) -> Vec<bool> {
+    /// or by way of a module to which they do. At power-up it follows none. One that led may beat once more
+    /// where it is now, until it finds out, and its neighbours may follow that for a while.
+    fn choose_ways(&mut self, leads_no_more: &[usize], now: u64) -> Vec<bool> {
         let before = replace(&mut self.ways, ways(&self.wiring, &self.orders));
         let has_choice =
             |module: &usize| now > 0 && before[*module].union(self.ways[*module]).iter().count() > 1;
-        let choosing: Vec<usize> = (0..before.len()).filter(has_choice).collect();
+        let mut choosing: Vec<usize> = (0..before.len()).filter(has_choice).collect();
+        choosing.extend(leads_no_more.iter().flat_map(|&module| self.wiring.peers(module)));
         concerned(&self.wiring, &self.orders, &choosing)
     }
 

@@ -118,7 +118,7 @@ pub struct Walker {
     /// Whether its type has any rule.
     pub acts: bool,
     /// Hops from the leader.
-    hops: u64,
+    pub hops: u64,
     /// Whether it may have to follow hormones that come another way than when it was last right.
     pub may_choose: bool,
     /// The other leg of its branch, by its place among the walkers.

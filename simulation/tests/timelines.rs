@@ -194,6 +194,23 @@ fn a_loop_that_cuts_off_the_head_gives_way_to_it() {
     }
 }
 
+/// Until it finds out that it is no head any more, it may beat. Who hears that follows it for three beats.
+#[test]
+fn a_head_that_has_moved_may_beat_once_more_where_it_is() {
+    for (docks, event, seed) in [
+        (r#"["0.Left", "1.Back"], ["1.Front", "2.Back"]"#, "at = 2.798\nswap = [0, 2]", 55702),
+        (
+            r#"["0.Left", "1.Back"], ["1.Front", "2.Back"], ["2.Front", "3.Back"]"#,
+            "at = 2.375\nswap = [0, 3]",
+            57522,
+        ),
+    ] {
+        let modules = docks.matches("], ").count() + 2;
+        let file = format!("modules = {modules}\ndocks = [{docks}]\n[[event]]\n{event}\n");
+        assert_eq!(verdict(&file, seed, 16), [""; 0], "{file}");
+    }
+}
+
 /// Round a ring by a chain's gait the last beat goes on by itself, and a hormone may be overtaken by the
 /// next.
 #[test]
