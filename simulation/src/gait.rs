@@ -61,7 +61,7 @@ impl Gait {
     pub fn new(wiring: &Wiring, period: u64) -> Self {
         let mut gait = Gait {
             period,
-            orders: Orders::new(wiring.modules()),
+            orders: Orders::new(wiring),
             wiring: wiring.clone(),
             ways: vec![DockSet::EMPTY; wiring.modules()],
             walkers: Vec::new(),

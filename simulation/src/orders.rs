@@ -2,6 +2,8 @@
 //! heard the order. Bodies that join walk by the order that modules, which count orders, take for the newer
 //! one. A body that has taken another shape walks by the gait that follows.
 
+mod doubts;
+
 use std::ops::Range;
 
 use hormone::gait::{Gait, GaitName, Once};
@@ -12,6 +14,7 @@ use crate::hardware::MILLISECOND;
 use crate::leader::{acting, leads};
 use crate::walker::DISCOVERY;
 use crate::wiring::Wiring;
+use doubts::{Doubt, Doubts, hearing};
 
 /// For how long a robot has to have the shape that its gait makes of it until it counts as reshaped: a
 /// second, from when it has noticed.
@@ -53,14 +56,23 @@ pub struct Orders {
     restarting: Vec<(usize, u64)>,
     reshaped: Vec<Reshaped>,
     choices: Vec<Choice>,
+    doubts: Doubts,
 }
 
 impl Orders {
     /// So many modules at power-up: they begin with the centipede's gait.
-    pub fn new(modules: usize) -> Self {
+    pub fn new(wiring: &Wiring) -> Self {
+        let modules = wiring.modules();
         let first = Order { number: 0, standing: Standing::none(GaitName::Centipede as u8) };
         let of = vec![first; modules];
-        Orders { of, given: 0, restarting: Vec::new(), reshaped: Vec::new(), choices: Vec::new() }
+        Orders {
+            of,
+            given: 0,
+            restarting: Vec::new(),
+            reshaped: Vec::new(),
+            choices: Vec::new(),
+            doubts: Doubts::new(wiring),
+        }
     }
 
     /// The gait that a module has to walk by; `None` if it was ordered to stop.
@@ -83,9 +95,11 @@ impl Orders {
         // One that starts over hears it once it runs.
         self.restarting.retain(|&(other, _)| other != module);
         let order = Order { number: self.given, standing };
+        let apart = self.doubts.given(&self.of, wiring, (module, order), now);
         let before = std::mem::replace(&mut self.of[module], order);
         let mut changed = self.spread(wiring);
         changed.extend((!before.is_like(order)).then_some(module));
+        changed.extend(apart);
         // The body may already have the shape that the gait makes of it. If it walked by the gait that
         // follows, it seems to walk on until all its modules have heard the order.
         self.look(wiring, now, now + DISCOVERY);
@@ -97,6 +111,7 @@ impl Orders {
     pub fn rewired(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
         let changed = self.spread(wiring);
         self.look(wiring, now, now);
+        self.doubts.rewired(&self.of, wiring, now);
         changed
     }
 
@@ -157,10 +172,18 @@ impl Orders {
     }
 
     /// Has bodies that may walk on do so by `now` if one of their modules says that it walks by the gait that
-    /// follows. Returns the modules to which that is new.
+    /// follows, and settles doubts. Returns the modules to which that is new.
     pub fn choose(&mut self, wiring: &Wiring, now: u64, says: impl Fn(usize) -> Option<u8>) -> Vec<usize> {
         self.choices.retain(|choice| now < choice.between.end);
         let mut changed = Vec::new();
+        for Doubt { module, order, other, .. } in self.doubts.due(now) {
+            if self.of[module].number == order && says(module) == Some(other.standing.gait) {
+                let mut body = hearing(wiring, module);
+                body.retain(|&it| self.of[it].number == order);
+                body.iter().for_each(|&it| self.of[it] = other);
+                changed.extend(body);
+            }
+        }
         if self.choices.is_empty() {
             return changed;
         }
@@ -224,7 +247,7 @@ mod tests {
     use crate::wiring::Face;
 
     fn ordered(wiring: &Wiring, gait: GaitName) -> Orders {
-        let mut orders = Orders::new(wiring.modules());
+        let mut orders = Orders::new(wiring);
         orders.give(wiring, 0, (Some(gait), Period::OWN), 0);
         orders
     }
@@ -300,7 +323,7 @@ mod tests {
             (&[(5, Some(RollingTrack)), (0, Some(Caterpillar))], Some(RollingTrack)),
             (&[(5, Some(RollingTrack))], Some(RollingTrack)),
         ] {
-            let mut orders = Orders::new(6);
+            let mut orders = Orders::new(&whole);
             for &(module, gait) in orders_given {
                 orders.give(&cut, module, (gait, Period::OWN), 0);
             }
@@ -319,7 +342,7 @@ mod tests {
         let mut cut = whole.clone();
         cut.detach(Face { module: 2, dock: Back }).unwrap();
         for (restarted, joined) in [(0..0, OpenRing), (0..2, OpenRing), (0..3, RollingTrack)] {
-            let mut orders = Orders::new(6);
+            let mut orders = Orders::new(&whole);
             for (module, gait) in [(0, Caterpillar), (0, OpenRing), (5, RollingTrack)] {
                 orders.give(&cut, module, (Some(gait), Period::OWN), 0);
             }

@@ -194,6 +194,33 @@ fn a_loop_that_cuts_off_the_head_gives_way_to_it() {
     }
 }
 
+/// In the first two the part behind hears the order, or the other one of two; in the third it does not.
+#[test]
+fn where_an_order_and_a_change_meet_the_robot_decides_what_it_has_heard() {
+    for (robot, events, seed) in [
+        (
+            "shape = \"cross\"\nmodules = 14",
+            "at = 1.25\nloss = 1\nfrom = \"4.Back\"\n\
+             [[event]]\nat = 1.308\ncommand = [0xd8, 190, 255]\nto = \"1.Right\"",
+            57042,
+        ),
+        (
+            "shape = \"centipede\"\nmodules = 14",
+            "at = 9.015\ncommand = [0xd9, 87, 20]\nto = \"6.Right\"\n\
+             [[event]]\nat = 9.015\ncommand = [0xd3, 68, 255]\nto = \"13.Back\"",
+            57977,
+        ),
+        (
+            "shape = \"centipede\"\nmodules = 19",
+            "at = 2.989\ncommand = [0xd6, 178, 255]\nto = \"4.Left\"\n[[event]]\nat = 2.99\nkill = 13",
+            40789,
+        ),
+    ] {
+        let file = format!("{robot}\n[[event]]\n{events}\n");
+        assert_eq!(verdict(&file, seed, 30), [""; 0], "{file}");
+    }
+}
+
 /// Until it finds out that it is no head any more, it may beat. Who hears that follows it for three beats.
 #[test]
 fn a_head_that_has_moved_may_beat_once_more_where_it_is() {
