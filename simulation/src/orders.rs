@@ -109,9 +109,9 @@ impl Orders {
     /// Takes in a changed wiring: bodies that joined go on by the newer order. Returns the modules that walk
     /// by another gait than before.
     pub fn rewired(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
+        self.doubts.rewired(&self.of, wiring, now);
         let changed = self.spread(wiring);
         self.look(wiring, now, now);
-        self.doubts.rewired(&self.of, wiring, now);
         changed
     }
 
@@ -176,12 +176,13 @@ impl Orders {
     pub fn choose(&mut self, wiring: &Wiring, now: u64, says: impl Fn(usize) -> Option<u8>) -> Vec<usize> {
         self.choices.retain(|choice| now < choice.between.end);
         let mut changed = Vec::new();
-        for Doubt { module, order, other, .. } in self.doubts.due(now) {
-            if self.of[module].number == order && says(module) == Some(other.standing.gait) {
+        for Doubt { module, order, instead, .. } in self.doubts.due(now) {
+            if self.of[module].number == order && says(module) == Some(instead[module].standing.gait) {
                 let mut body = hearing(wiring, module);
                 body.retain(|&it| self.of[it].number == order);
-                body.iter().for_each(|&it| self.of[it] = other);
+                body.iter().for_each(|&it| self.of[it] = instead[it]);
                 changed.extend(body);
+                changed.extend(self.spread(wiring));
             }
         }
         if self.choices.is_empty() {

@@ -1,6 +1,8 @@
 //! Bodies of which nobody outside knows which of two orders they follow, for a link may fail while an order is
 //! on its way, and two modules may be ordered at once.
 
+use std::sync::Arc;
+
 use super::Order;
 use crate::walker::{DISCOVERY, HOP};
 use crate::wiring::Wiring;
@@ -11,16 +13,18 @@ struct Spreading {
     /// Its number.
     order: u64,
     /// By module, the order before.
-    before: Vec<Order>,
+    before: Arc<[Order]>,
     until: u64,
 }
 
-/// The body of a module follows an order or another one. The gait by which it says that it walks decides.
+/// The body of a module follows an order, or none of it does. The gait by which the module says that it walks
+/// decides.
 pub struct Doubt {
     pub module: usize,
     /// The number of the order.
     pub order: u64,
-    pub other: Order,
+    /// By module, what counts instead.
+    pub instead: Arc<[Order]>,
     at: u64,
 }
 
@@ -52,20 +56,26 @@ impl Doubts {
         self.forget(now);
         let is_other = |it: &Spreading| it.order == of[module].number && it.module != module;
         if self.spreading.iter().any(is_other) {
-            self.open(module, order, of[module], now);
+            self.open(module, order, of.into(), now);
         }
-        let body = hearing(wiring, module);
-        let before = self.before.iter().flat_map(|(wiring, _)| hearing(wiring, module));
-        let apart: Vec<usize> = before.filter(|other| !body.contains(other)).collect();
-        for &other in &apart {
-            self.open(other, of[other], order, now);
+        let mut is_apart = vec![false; of.len()];
+        for (before, _) in &self.before {
+            hearing(before, module).into_iter().for_each(|it| is_apart[it] = true);
+        }
+        hearing(wiring, module).into_iter().for_each(|it| is_apart[it] = false);
+        let instead: Arc<[Order]> = vec![order; of.len()].into();
+        for body in wiring.bodies() {
+            if let Some(other) = body.into_iter().find(|&it| is_apart[it]) {
+                self.open(other, of[other], Arc::clone(&instead), now);
+            }
         }
         let until = now + DISCOVERY + of.len() as u64 * HOP;
-        self.spreading.push(Spreading { module, order: order.number, before: of.to_vec(), until });
-        apart
+        self.spreading.push(Spreading { module, order: order.number, before: of.into(), until });
+        (0..of.len()).filter(|&it| is_apart[it]).collect()
     }
 
-    /// Takes in a changed wiring: bodies that are cut off from an order may not have heard of it.
+    /// Takes in a changed wiring, before modules with the orders `of` hear each other by it: those that are
+    /// cut off from an order may not have heard of it.
     pub fn rewired(&mut self, of: &[Order], wiring: &Wiring, now: u64) {
         self.forget(now);
         self.before.push((std::mem::replace(&mut self.wiring, wiring.clone()), now + DISCOVERY));
@@ -73,7 +83,7 @@ impl Doubts {
         for Spreading { module, order, before, .. } in &self.spreading {
             for body in wiring.bodies().into_iter().filter(|body| !body.contains(module)) {
                 let with_order = body.into_iter().find(|&other| of[other].number == *order);
-                cut_off.extend(with_order.map(|other| (other, before[other])));
+                cut_off.extend(with_order.map(|other| (other, Arc::clone(before))));
             }
         }
         for (module, before) in cut_off {
@@ -88,11 +98,11 @@ impl Doubts {
 
     /// Between two orders there is a doubt if a module's gait can tell them apart. It tells nothing of an
     /// order to stop.
-    fn open(&mut self, module: usize, order: Order, other: Order, now: u64) {
-        if let (Some(gait), Some(others)) = (order.gait(), other.gait())
-            && gait.name != others.name
+    fn open(&mut self, module: usize, order: Order, instead: Arc<[Order]>, now: u64) {
+        if let (Some(gait), Some(other)) = (order.gait(), instead[module].gait())
+            && gait.name != other.name
         {
-            self.open.push(Doubt { module, order: order.number, other, at: now + DISCOVERY });
+            self.open.push(Doubt { module, order: order.number, instead, at: now + DISCOVERY });
         }
     }
 
