@@ -136,8 +136,8 @@ impl Election {
         self.round_at = now;
     }
 
-    /// The module is in no ring at `now`, and leads none any more. A round that is due stays due when the clock
-    /// wraps.
+    /// The module is in no ring at `now`, and leads none any more. A round that is due stays due when the
+    /// clock wraps.
     pub fn rest(&mut self, now: u16) {
         self.role = Role::Follower;
         if reached(self.round_at, now) {

@@ -1,5 +1,5 @@
-//! Bodies of which nobody outside knows which of two orders they follow, for a link may fail while an order is
-//! on its way, and two modules may be ordered at once.
+//! Bodies of which nobody outside knows which of two orders they follow, for a link may fail while an order
+//! is on its way, and two modules may be ordered at once.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! A delay of 66 s, in the parts that the tick's 16 bits allow. Another task keeps the CPU busy for 10 ms where
-//! a part ends.
+//! A delay of 66 s, in the parts that the tick's 16 bits allow. Another task keeps the CPU busy for 10 ms
+//! where a part ends.
 //!
 //! Marks: 1 and 2 around the delay.
 #![no_std]
