@@ -15,6 +15,12 @@ fn verdict(file: &str, seed: u64, seconds: u64) -> Vec<String> {
     faults(&run, true)
 }
 
+/// Fails where the judges find a fault with a robot to which these events happen.
+fn expect_no_fault(robot: &str, events: &str, seed: u64, seconds: u64) {
+    let file = format!("{robot}\n[[event]]\n{events}\n");
+    assert_eq!(verdict(&file, seed, seconds), [""; 0], "{file}");
+}
+
 /// A robot file: the robot, and what happens to it at these times, in ms.
 fn file(robot: &str, events: &[(usize, String)]) -> String {
     let event = |(at, what): &(usize, String)| format!("[[event]]\nat = {}\n{what}\n", *at as f64 / 1000.0);
@@ -164,8 +170,7 @@ fn a_module_has_time_to_follow_hormones_that_come_another_way() {
             12,
         ),
     ] {
-        let file = format!("{robot}\n[[event]]\nat = {at}\n{event}\n");
-        assert_eq!(verdict(&file, seed, seconds), [""; 0], "{file}");
+        expect_no_fault(robot, &format!("at = {at}\n{event}"), seed, seconds);
     }
 }
 
@@ -189,8 +194,7 @@ fn a_loop_that_cuts_off_the_head_gives_way_to_it() {
             32039,
         ),
     ] {
-        let file = format!("shape = \"centipede\"\nmodules = {modules}\n[[event]]\n{events}\n");
-        assert_eq!(verdict(&file, seed, 40), [""; 0], "{file}");
+        expect_no_fault(&format!("shape = \"centipede\"\nmodules = {modules}"), events, seed, 40);
     }
 }
 
@@ -216,8 +220,7 @@ fn where_an_order_and_a_change_meet_the_robot_decides_what_it_has_heard() {
             40789,
         ),
     ] {
-        let file = format!("{robot}\n[[event]]\n{events}\n");
-        assert_eq!(verdict(&file, seed, 30), [""; 0], "{file}");
+        expect_no_fault(robot, events, seed, 30);
     }
 }
 
@@ -233,8 +236,7 @@ fn a_head_that_has_moved_may_beat_once_more_where_it_is() {
         ),
     ] {
         let modules = docks.matches("], ").count() + 2;
-        let file = format!("modules = {modules}\ndocks = [{docks}]\n[[event]]\n{event}\n");
-        assert_eq!(verdict(&file, seed, 16), [""; 0], "{file}");
+        expect_no_fault(&format!("modules = {modules}\ndocks = [{docks}]"), event, seed, 16);
     }
 }
 
@@ -257,11 +259,9 @@ fn a_module_may_come_to_a_dock_that_is_heard_in_one_direction_only() {
         ("shape = \"cross\"\nmodules = 11", (4.878, "5.Back"), 19.48, [1, 4], 5578, 30),
     ] {
         let (blind_at, from) = blind;
-        let file = format!(
-            "{robot}\n[[event]]\nat = {blind_at}\nloss = 1\nfrom = \"{from}\"\n\
-             [[event]]\nat = {at}\nswap = {pair:?}\n"
-        );
-        assert_eq!(verdict(&file, seed, seconds), [""; 0], "{file}");
+        let events =
+            format!("at = {blind_at}\nloss = 1\nfrom = \"{from}\"\n[[event]]\nat = {at}\nswap = {pair:?}");
+        expect_no_fault(robot, &events, seed, seconds);
     }
 }
 
