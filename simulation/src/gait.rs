@@ -61,7 +61,7 @@ impl Gait {
     pub fn new(wiring: &Wiring, period: u64) -> Self {
         let mut gait = Gait {
             period,
-            orders: Orders::new(wiring),
+            orders: Orders::new(wiring.modules()),
             wiring: wiring.clone(),
             ways: vec![DockSet::EMPTY; wiring.modules()],
             walkers: Vec::new(),
@@ -122,7 +122,7 @@ impl Gait {
         touched.extend(at);
         let mut disturbed = concerned(&self.wiring, &self.orders, &touched);
         // By the orders from before, and by those from now on.
-        touched.extend(self.orders.rewired(wiring, now));
+        touched.extend(self.orders.rewired(&self.wiring, wiring, now));
         let since = concerned(wiring, &self.orders, &touched);
         disturbed.iter_mut().zip(since).for_each(|(before, since)| *before |= since);
         self.wiring = wiring.clone();

@@ -61,8 +61,7 @@ pub struct Orders {
 
 impl Orders {
     /// So many modules at power-up: they begin with the centipede's gait.
-    pub fn new(wiring: &Wiring) -> Self {
-        let modules = wiring.modules();
+    pub fn new(modules: usize) -> Self {
         let first = Order { number: 0, standing: Standing::none(GaitName::Centipede as u8) };
         let of = vec![first; modules];
         Orders {
@@ -71,7 +70,7 @@ impl Orders {
             restarting: Vec::new(),
             reshaped: Vec::new(),
             choices: Vec::new(),
-            doubts: Doubts::new(wiring),
+            doubts: Doubts::default(),
         }
     }
 
@@ -106,10 +105,16 @@ impl Orders {
         changed
     }
 
-    /// Takes in a changed wiring: bodies that joined go on by the newer order. Returns the modules that walk
-    /// by another gait than before.
-    pub fn rewired(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
-        self.doubts.rewired(&self.of, wiring, now);
+    /// Takes in a changed wiring, and that from before: bodies that joined go on by the newer order. Returns
+    /// the modules that walk by another gait than before.
+    pub fn rewired(&mut self, before: &Wiring, wiring: &Wiring, now: u64) -> Vec<usize> {
+        self.doubts.rewired(&self.of, (before, wiring), now);
+        self.join(wiring, now)
+    }
+
+    /// Has bodies go on by the newest order in them. Returns the modules that walk by another gait than
+    /// before.
+    fn join(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
         let changed = self.spread(wiring);
         self.look(wiring, now, now);
         changed
@@ -162,7 +167,7 @@ impl Orders {
     pub fn settle(&mut self, wiring: &Wiring, now: u64) -> Vec<usize> {
         let mut changed = Vec::new();
         if self.restarting.extract_if(.., |&mut (_, runs_at)| runs_at <= now).count() > 0 {
-            changed = self.rewired(wiring, now);
+            changed = self.join(wiring, now);
         }
         let mut over: Vec<Reshaped> = self.reshaped.extract_if(.., |reshaped| reshaped.at <= now).collect();
         over.retain(|reshaped| self.of[reshaped.module].number == reshaped.order);
@@ -248,7 +253,7 @@ mod tests {
     use crate::wiring::Face;
 
     fn ordered(wiring: &Wiring, gait: GaitName) -> Orders {
-        let mut orders = Orders::new(wiring);
+        let mut orders = Orders::new(wiring.modules());
         orders.give(wiring, 0, (Some(gait), Period::OWN), 0);
         orders
     }
@@ -296,8 +301,8 @@ mod tests {
             let mut wiring = &chain;
             for (at, next) in [(Some(closed_at), &ring), (opened_at, &chain)] {
                 if at.is_some_and(|at| at <= now) {
+                    orders.rewired(wiring, next, at.unwrap_or_default());
                     wiring = next;
-                    orders.rewired(wiring, at.unwrap_or_default());
                 }
             }
             assert_eq!(is_taken(&mut orders, wiring, now, said), is_right, "{opened_at:?} {now} {said:?}");
@@ -324,11 +329,11 @@ mod tests {
             (&[(5, Some(RollingTrack)), (0, Some(Caterpillar))], Some(RollingTrack)),
             (&[(5, Some(RollingTrack))], Some(RollingTrack)),
         ] {
-            let mut orders = Orders::new(&whole);
+            let mut orders = Orders::new(6);
             for &(module, gait) in orders_given {
                 orders.give(&cut, module, (gait, Period::OWN), 0);
             }
-            orders.rewired(&whole, 1);
+            orders.rewired(&cut, &whole, 1);
             for module in 0..6 {
                 let gait = orders.gait(module).and_then(|gait| GaitName::from_byte(gait.name));
                 assert_eq!(gait, joined, "{orders_given:?}");
@@ -343,17 +348,17 @@ mod tests {
         let mut cut = whole.clone();
         cut.detach(Face { module: 2, dock: Back }).unwrap();
         for (restarted, joined) in [(0..0, OpenRing), (0..2, OpenRing), (0..3, RollingTrack)] {
-            let mut orders = Orders::new(&whole);
+            let mut orders = Orders::new(6);
             for (module, gait) in [(0, Caterpillar), (0, OpenRing), (5, RollingTrack)] {
                 orders.give(&cut, module, (Some(gait), Period::OWN), 0);
             }
             for module in restarted {
-                orders.rewired(&cut, 1);
+                orders.rewired(&cut, &cut, 1);
                 orders.restarted(module, 3);
             }
             orders.settle(&cut, 2);
             orders.settle(&cut, 3);
-            orders.rewired(&whole, 4);
+            orders.rewired(&cut, &whole, 4);
             for module in 0..6 {
                 let gait = orders.gait(module).and_then(|gait| GaitName::from_byte(gait.name));
                 assert_eq!(gait, Some(joined), "{module}");
@@ -366,8 +371,9 @@ mod tests {
         let mut wiring = Shape::Ring.wiring(6).unwrap();
         let mut orders = ordered(&wiring, OpenRing);
         for (module, at) in [(0, 0), (3, 10)] {
+            let before = wiring.clone();
             wiring.detach(Face { module, dock: Back }).unwrap();
-            orders.rewired(&wiring, at);
+            orders.rewired(&before, &wiring, at);
         }
         let name =
             |orders: &Orders, module| orders.gait(module).and_then(|gait| GaitName::from_byte(gait.name));

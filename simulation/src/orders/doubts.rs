@@ -29,9 +29,9 @@ pub struct Doubt {
 }
 
 /// Finds out where there is a doubt.
+#[derive(Default)]
 pub struct Doubts {
     spreading: Vec<Spreading>,
-    wiring: Wiring,
     /// The wirings from before, whose modules may hear each other until these times: a link may fail in one
     /// direction.
     before: Vec<(Wiring, u64)>,
@@ -39,11 +39,6 @@ pub struct Doubts {
 }
 
 impl Doubts {
-    /// A robot at power-up.
-    pub fn new(wiring: &Wiring) -> Self {
-        Doubts { spreading: Vec::new(), wiring: wiring.clone(), before: Vec::new(), open: Vec::new() }
-    }
-
     /// A module is given an order, while modules have the orders `of`. Returns the modules of other bodies
     /// that may hear of it all the same.
     pub fn given(
@@ -76,9 +71,9 @@ impl Doubts {
 
     /// Takes in a changed wiring, before modules with the orders `of` hear each other by it: those that are
     /// cut off from an order may not have heard of it.
-    pub fn rewired(&mut self, of: &[Order], wiring: &Wiring, now: u64) {
+    pub fn rewired(&mut self, of: &[Order], (before, wiring): (&Wiring, &Wiring), now: u64) {
         self.forget(now);
-        self.before.push((std::mem::replace(&mut self.wiring, wiring.clone()), now + DISCOVERY));
+        self.before.push((before.clone(), now + DISCOVERY));
         let mut cut_off = Vec::new();
         for Spreading { module, order, before, .. } in &self.spreading {
             for body in wiring.bodies().into_iter().filter(|body| !body.contains(module)) {
@@ -136,7 +131,7 @@ mod tests {
         let whole = Shape::Chain.wiring(6).unwrap();
         let mut cut = whole.clone();
         cut.detach(Face { module: 2, dock: Back }).unwrap();
-        let mut orders = Orders::new(&whole);
+        let mut orders = Orders::new(6);
         let mut wiring = &whole;
         let mut events: Vec<_> =
             ordered.iter().map(|&(module, gait, at)| (at, Some((module, gait)))).collect();
@@ -146,8 +141,8 @@ mod tests {
             if let Some((module, gait)) = order {
                 orders.give(wiring, module, (Some(gait), Period::OWN), at);
             } else {
+                orders.rewired(wiring, &cut, at);
                 wiring = &cut;
-                orders.rewired(wiring, at);
             }
         }
         assert!(orders.choose(wiring, AT + DISCOVERY - 1, |_| Some(said as u8)).is_empty(), "too soon");
