@@ -2,7 +2,7 @@
 
 use plants::trouble::Moment;
 
-use crate::world::STEP_SECONDS;
+use crate::model::STEP_SECONDS;
 
 /// The milliseconds that are kept.
 const KEPT: usize = 100;

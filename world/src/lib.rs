@@ -6,6 +6,7 @@
 //! [`assumed`].
 
 pub mod assumed;
+mod face;
 mod ground;
 mod history;
 mod libm;
@@ -16,7 +17,9 @@ mod weld;
 mod world;
 
 pub use assumed::Make;
+pub use face::Face;
 pub use ground::{Block, Ground, Steps};
+pub use model::{Placed, STEP_SECONDS};
 pub use plants::motion::Motion;
 pub use plants::trouble::{Moment, Trouble};
-pub use world::{Face, Placed, STEP_SECONDS, World, WorldError};
+pub use world::{World, WorldError};

@@ -7,13 +7,15 @@
 
 use std::fmt::{self, Write};
 
-use glam::{DQuat, DVec3};
-use plants::geometry::{Dock, EDGE, Half};
+use glam::{DAffine3, DQuat, DVec3};
+use plants::geometry::{Angles, Dock, EDGE, Half};
 use plants::motor::STOP;
 
-use crate::assumed::{SHELL, SLIMMER, STIFFNESS_SECONDS};
+use crate::assumed::{Make, SHELL, SLIMMER, STIFFNESS_SECONDS};
 use crate::ground::Ground;
-use crate::world::{Placed, STEP_SECONDS};
+
+/// A step, in s.
+pub const STEP_SECONDS: f64 = 1e-3;
 
 /// Bodies of a module, in the order of the model.
 pub const BODIES: usize = 4;
@@ -45,6 +47,14 @@ const SEARCH_TOLERANCE: f64 = 0.5;
 
 /// Millimetres in a metre.
 pub const MILLI: f64 = 1e-3;
+
+/// A module at the beginning: its frame, in mm, the angles of its joints, in degrees, and its make.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    pub frame: DAffine3,
+    pub angles: Angles,
+    pub make: Make,
+}
 
 /// The body of a module without a hinge: the one behind Motor0.
 pub fn root(module: usize) -> usize {

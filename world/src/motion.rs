@@ -3,10 +3,8 @@
 use glam::DVec3;
 use plants::motion::{Motion, turned};
 
-use crate::world::World;
-
-/// Steps between two measurements of heading and slip: 10 ms.
-const LOOK: u64 = 10;
+/// Steps between two looks: 10 ms.
+pub const LOOK: u64 = 10;
 
 /// Follows a robot.
 #[derive(Default)]
@@ -17,34 +15,31 @@ pub struct Odometer {
     axes: Vec<[f64; 2]>,
     /// The angle by which the axes have turned to the left, in degrees.
     heading: f64,
-    looks: u64,
-    /// The sum of normal forces over all measurements, and the sum of these forces times the speed of
-    /// sliding.
+    /// The sum of normal forces over all looks, and the sum of these forces times the speed of sliding.
     borne: f64,
     slid: f64,
 }
 
 impl Odometer {
-    pub fn new(world: &World) -> Self {
-        Odometer { start: world.middle(), length: world.length(), axes: world.axes(), ..Odometer::default() }
+    /// Follows a robot from where its middle is, in m, with its length, in m, and the axes of its bodies.
+    pub fn new(start: DVec3, length: f64, axes: Vec<[f64; 2]>) -> Self {
+        Odometer { start, length, axes, ..Odometer::default() }
     }
 
-    /// Measures the world after a step.
-    pub fn look(mut self, world: &World) -> Self {
-        self.looks += 1;
-        if self.looks.is_multiple_of(LOOK) {
-            self.heading = turned(&self.axes, &world.axes(), self.heading);
-            for (force, speed) in world.slides() {
-                self.borne += force;
-                self.slid += force * speed;
-            }
+    /// Measures heading and slip, every [`LOOK`] steps: by the axes of all bodies, and by each contact's
+    /// normal force, in N, and speed of sliding, in m/s.
+    pub fn look(&mut self, axes: &[[f64; 2]], slides: &[(f64, f64)]) {
+        self.heading = turned(&self.axes, axes, self.heading);
+        for (force, speed) in slides {
+            self.borne += force;
+            self.slid += force * speed;
         }
-        self
     }
 
-    pub fn motion(&self, world: &World) -> Motion {
-        let way = world.middle() - self.start;
-        let speed = way.truncate().length() / world.seconds();
+    /// The motion until now, with the robot's middle at `middle`, in m, after `seconds`.
+    pub fn motion(&self, middle: DVec3, seconds: f64) -> Motion {
+        let way = middle - self.start;
+        let speed = way.truncate().length() / seconds;
         Motion {
             distance: way.x,
             sideways: way.y,

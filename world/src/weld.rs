@@ -4,9 +4,9 @@ use glam::{DAffine3, DQuat, DVec3};
 use plants::geometry::{Dock, attached};
 
 use crate::assumed::{PULL_SPEED, PULL_TURN};
-use crate::model::{self, MILLI};
+use crate::face::Face;
+use crate::model::{self, MILLI, STEP_SECONDS};
 use crate::mujoco::Simulation;
-use crate::world::{Face, STEP_SECONDS};
 
 /// Two docks that hold each other. A weld begins with the docks where they are, and pulls them until they
 /// fit.
