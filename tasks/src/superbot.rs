@@ -10,7 +10,7 @@
 use crate::dock::{Dock, DockSet};
 use crate::message::TaskCode;
 use crate::motor::Axis;
-use crate::motor::joint::EndStops;
+use crate::motor::end_stops::EndStops;
 use crate::motor::potentiometer::Potentiometer;
 use crate::router::{Residence, Residents, TaskSet};
 use crate::sensor::Scale;
@@ -26,6 +26,12 @@ pub const BAUD: u32 = 38_400;
 
 /// The clock of the I2C bus between the MCUs, in Hz. 400 kHz is the most that the ATmega128 can do.
 pub const I2C_HZ: u32 = 400_000;
+
+/// The rounds of measurement and the periods of the joints' control, per second.
+pub const ROUND_HZ: u32 = 1_000;
+
+/// The PWM frequency of the joint motors, in Hz: just above the audible range.
+pub const PWM_HZ: u32 = 20_000;
 
 /// What differs between the two halves of a module.
 pub struct Half {

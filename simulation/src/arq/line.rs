@@ -4,9 +4,10 @@ use std::collections::VecDeque;
 
 use tasks::dock::Dock;
 use tasks::link::arq::Timeout;
-use tasks::link::cobs::{MAX_WIRE, WireBuffer};
+use tasks::link::cobs::WireBuffer;
 use tasks::link::endpoint::{Arrival, Endpoint};
 use tasks::link::frame::{Frame, Label};
+use tasks::link::sizes::MAX_WIRE;
 use tasks::message::TaskCode;
 
 const TO: TaskCode = TaskCode::HORMONE;

@@ -12,10 +12,7 @@
 //!   frame      11 22 00 01          wire   03 11 22 02 01 00
 //! ```
 
-use super::frame::MAX_FRAME;
-
-/// The most bytes that a frame takes on the wire, delimiter included.
-pub const MAX_WIRE: usize = 1 + MAX_FRAME + 1;
+use super::sizes::{MAX_FRAME, MAX_WIRE};
 
 const DELIMITER: u8 = 0;
 

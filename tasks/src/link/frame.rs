@@ -27,9 +27,6 @@ use super::signature::Signature;
 use crate::dock::Dock;
 use crate::message::{MAX_PAYLOAD, TaskCode};
 
-/// The most bytes of a frame, before COBS.
-pub const MAX_FRAME: usize = 2 + MAX_PAYLOAD + 2;
-
 /// The turn stands in bits 7..6 of the control byte; 0 is a datagram's.
 const TURN: u8 = 6;
 const DATAGRAM: u8 = 0;

@@ -23,3 +23,4 @@ pub mod receiver;
 pub mod send;
 pub mod sender;
 pub mod signature;
+pub mod sizes;

@@ -5,13 +5,13 @@
 
 use kernel::{Never, Semaphore, Task, now};
 
-use super::cobs::MAX_WIRE;
 use super::counters::Counted;
 use super::endpoint::Endpoint;
 use super::frame::{Frame, Label};
 use super::port::{AtPort, Port};
 use super::receiver::{Arriving, Receiver};
 use super::sender::Shared;
+use super::sizes::MAX_WIRE;
 use crate::device::Receive;
 use crate::message::Message;
 use crate::post_office::{PostOffice, Undelivered};

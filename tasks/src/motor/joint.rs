@@ -1,5 +1,6 @@
 //! One joint: its target, its limits, and what may go wrong with it.
 
+use super::end_stops::EndStops;
 use super::pid::Pid;
 use super::{DEGREE, FULL_DRIVE, Position, TENTH};
 use crate::superbot::{JOINT_CURRENT_LIMIT, POTENTIOMETER};
@@ -45,34 +46,6 @@ const SETTLED: u8 = 12;
 
 /// A joint at rest is at rest no longer after so many looks in a row that find it off its target: 256 ms.
 const CREPT: u8 = 8;
-
-/// How far a joint may turn.
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(not(target_arch = "avr"), derive(Debug))]
-pub struct EndStops {
-    lowest: Position,
-    highest: Position,
-}
-
-impl EndStops {
-    /// From `lowest` to `highest`, in 0.1 degree.
-    ///
-    /// Panics, when it is evaluated as a constant, if a position does not hold them.
-    pub const fn new(lowest: i16, highest: i16) -> Self {
-        EndStops { lowest: lowest * TENTH, highest: highest * TENTH }
-    }
-
-    /// The position at `angle`, in 0.1 degree, or of the stop if that is beyond it.
-    fn position(&self, angle: i16) -> Position {
-        // Between the stops, so the product fits.
-        angle.min(self.highest / TENTH).max(self.lowest / TENTH).wrapping_mul(TENTH)
-    }
-
-    /// The position `by` further than `from`, or that of the stop if it is beyond it.
-    fn beyond(&self, from: Position, by: Position) -> Position {
-        from.saturating_add(by).min(self.highest).max(self.lowest)
-    }
-}
 
 /// The state of a joint. The number of each is its code in a report.
 #[repr(u8)]

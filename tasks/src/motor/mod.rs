@@ -4,13 +4,15 @@
 //! |---|---|
 //! | [`potentiometer`] | from the converter's reading to a position |
 //! | [`pid`] | the controller |
-//! | [`joint`] | a joint: speed limit, current limit, end stops, what may go wrong |
+//! | [`end_stops`] | how far a joint may turn |
+//! | [`joint`] | a joint: speed limit, current limit, what may go wrong |
 //! | [`joints`] | the joints of one MCU: when they are controlled, looked at or left alone |
 //! | [`task`] | the task that drives these |
 //!
 //! All in 16-bit integers, with shifts for divisions. Positions are in 1/160 degree, a sixteenth of the unit
 //! of [`TENTH`]: fine enough to lose nothing of a reading, and 200 degrees to either side fit 16 bits.
 
+pub mod end_stops;
 pub mod joint;
 pub mod joints;
 pub mod pid;

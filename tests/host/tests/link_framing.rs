@@ -2,9 +2,10 @@
 
 use proptest::prelude::*;
 use tasks::dock::Dock;
-use tasks::link::cobs::{MAX_WIRE, WireBuffer};
-use tasks::link::frame::{Frame, Label, MAX_FRAME, Turn};
+use tasks::link::cobs::WireBuffer;
+use tasks::link::frame::{Frame, Label, Turn};
 use tasks::link::signature::Signature;
+use tasks::link::sizes::{MAX_FRAME, MAX_WIRE};
 use tasks::message::{MAX_PAYLOAD, TaskCode};
 
 fn encode(frame: Frame) -> Vec<u8> {

@@ -24,7 +24,7 @@ use tasks::motor::task::{self as motor, Motors};
 use tests_images::start;
 
 /// Bytes of a frame, with its zero: the longest that a link sends.
-const FRAME: usize = tasks::link::cobs::MAX_WIRE;
+const FRAME: usize = tasks::link::sizes::MAX_WIRE;
 
 /// Counts of received bytes, little-endian, in the order of the fields.
 #[repr(C)]
