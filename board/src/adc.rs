@@ -23,46 +23,10 @@ use kernel::{Context, Masked, MaskedCell, Semaphore};
 
 use crate::deferred::{self, Serving, source};
 use crate::gpio::Port;
+use crate::input::Input;
 use crate::interrupts::Serves;
-use crate::joints;
+use crate::period;
 use crate::superbot::{self, CLOCK_HZ, DOCK_CURRENT_AT_REST, DOCK_CURRENT_LIMIT, PowerPort, ROUND_HZ};
-
-/// An analog input.
-///
-/// 0 to 3 are the potentiometer and current of the joint in this half, then of the roll joint. 4 to 6 are the
-/// currents of the docks by place ([`Half::docks`](superbot::Half::docks)). All these are at the pins ADC0 to
-/// ADC6. 8 to 15 are the inputs of the multiplexer, whose output is at ADC7. ADC4 to ADC7 belong to JTAG as
-/// long as the fuse JTAGEN is programmed.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub struct Input(u8);
-
-impl Input {
-    const LAST_OF_JOINTS: u8 = 3;
-    const FIRST_DOCK: u8 = 4;
-    const MULTIPLEXED: u8 = 8;
-
-    /// The input at pin ADC0 to ADC6.
-    pub const fn direct(pin: u8) -> Input {
-        assert!(pin < 7, "ADC7 is the multiplexer's");
-        Input(pin)
-    }
-
-    /// An input of the multiplexer, 0 to 7.
-    pub const fn multiplexed(number: u8) -> Input {
-        assert!(number < 8, "the multiplexer has eight inputs");
-        Input(Self::MULTIPLEXED + number)
-    }
-
-    /// The bit of an input of the multiplexer among those that were asked for.
-    fn multiplexed_bit(self) -> Option<u8> {
-        (self.0 >= Self::MULTIPLEXED).then(|| 1 << (self.0 & 7))
-    }
-
-    /// The bit of an input at a pin of its own among those asked for: a dock's current, or any of the joints.
-    fn direct_bit(self) -> u8 {
-        if self.0 >= Self::FIRST_DOCK { 1 << (self.0 & 3) } else { JOINTS }
-    }
-}
 
 /// ADMUX: full scale is AVCC.
 const REFERENCE: u8 = 1 << 6; // REFS0
@@ -94,6 +58,16 @@ const TOP: u8 = {
 /// The bits of the docks, by place, and of the joints among the direct inputs that were asked for.
 const DOCKS: u8 = 0b111;
 const JOINTS: u8 = 1 << 7;
+
+/// The bit of an input of the multiplexer among those that were asked for.
+fn multiplexed_bit(input: Input) -> Option<u8> {
+    (input.0 >= Input::MULTIPLEXED).then(|| 1 << (input.0 & 7))
+}
+
+/// The bit of an input at a pin of its own among those asked for: a dock's current, or any of the joints.
+fn direct_bit(input: Input) -> u8 {
+    if input.0 >= Input::FIRST_DOCK { 1 << (input.0 & 3) } else { JOINTS }
+}
 
 /// The rounds.
 struct Rounds {
@@ -194,14 +168,14 @@ impl Rhythm {
             ROUNDS.period.set(masked, Some(period));
             ROUNDS.joints.set(masked, Some(highest.0));
             go_on(masked);
-            joints::control(masked, true);
+            period::control(masked, true);
         });
     }
 
     /// Ends what [`begin`](Self::begin) began, once the last drives are in effect.
     pub fn end(&mut self, context: &mut impl Context) {
         context.mask(|masked| {
-            joints::control(masked, false);
+            period::control(masked, false);
             ROUNDS.period.set(masked, None);
             ROUNDS.joints.set(masked, None);
         });
@@ -224,10 +198,10 @@ impl Analog {
     /// Asks for a reading of `input`.
     pub fn look(&mut self, context: &mut impl Context, input: Input) {
         context.mask(|masked| {
-            if let Some(bit) = input.multiplexed_bit() {
+            if let Some(bit) = multiplexed_bit(input) {
                 ROUNDS.wanted.set(masked, ROUNDS.wanted.get(masked) | bit);
             } else {
-                ROUNDS.wanted_direct.set(masked, ROUNDS.wanted_direct.get(masked) | input.direct_bit());
+                ROUNDS.wanted_direct.set(masked, ROUNDS.wanted_direct.get(masked) | direct_bit(input));
             }
             go_on(masked);
         });
@@ -237,10 +211,10 @@ impl Analog {
     #[inline(never)] // otherwise the compiler moves computations on the value into the critical section
     pub fn seen(&mut self, context: &mut impl Context, input: Input) -> Option<u16> {
         context.mask(|masked| {
-            let is_awaited = if let Some(bit) = input.multiplexed_bit() {
+            let is_awaited = if let Some(bit) = multiplexed_bit(input) {
                 ROUNDS.wanted.get(masked) & bit != 0
             } else {
-                ROUNDS.wanted_direct.get(masked) & input.direct_bit() != 0
+                ROUNDS.wanted_direct.get(masked) & direct_bit(input) != 0
             };
             (!is_awaited).then(|| reading(masked, input))
         })
@@ -339,7 +313,7 @@ fn is_converting(masked: &Masked) -> bool {
 #[doc(hidden)]
 #[inline(always)]
 pub fn begin_round(masked: &Masked) {
-    joints::begin_period(masked);
+    period::begin_period(masked);
     deferred::raise(masked, source::ROUND);
 }
 
@@ -349,7 +323,7 @@ pub fn begin_round(masked: &Masked) {
 pub fn round(serving: &mut Serving) {
     serving.window();
     let period = serving.interrupt.mask(|masked| {
-        joints::await_next(masked);
+        period::await_next(masked);
         let period = ROUNDS.period.get(masked);
         if is_converting(masked) {
             return period; // interrupts were held up: this round measures nothing

@@ -13,7 +13,7 @@
 use avr_device::atmega128a::BOOT_LOAD;
 use kernel::{Context, Interrupt, Masked, MaskedCell};
 
-use crate::joints;
+use crate::period;
 
 /// The sources of work that can be handed over: a bit each, the lowest is served first.
 #[doc(hidden)]
@@ -106,7 +106,7 @@ impl<'a> Serving<'a> {
     #[inline(always)]
     pub unsafe fn begin(interrupt: &'a mut Interrupt) -> Self {
         let source = interrupt.mask(|masked| {
-            joints::begin_if_due_by_call(masked);
+            period::begin_if_due_by_call(masked);
             let raised = RAISED.get(masked);
             let others = raised & raised.wrapping_sub(1);
             RAISED.set(masked, others | IS_SERVING);

@@ -56,7 +56,7 @@ macro_rules! deferred_interrupt {
                     $($crate::serve!($device, serving, 'served);)+
                 }
                 serving.end();
-                $crate::joints::begin_before_leaving(interrupt);
+                $crate::period::begin_before_leaving(interrupt);
             }
         }
     };
@@ -139,7 +139,7 @@ macro_rules! vectors {
             fn $transmit_complete(interrupt) {
                 // SAFETY: this is its interrupt.
                 unsafe { $crate::usart::transmit_complete::<$usart>(interrupt) };
-                $crate::joints::begin_before_leaving(interrupt);
+                $crate::period::begin_before_leaving(interrupt);
             }
         }
         // SAFETY: the lines before define its three vectors: RX, UDRE and TX.

@@ -70,6 +70,8 @@ pub mod gpio;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 mod guarded;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod input;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod joints;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 mod memory;
@@ -77,6 +79,8 @@ mod memory;
 pub mod nonce;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod panic;
+#[cfg(all(target_arch = "avr", feature = "atmega128"))]
+pub mod period;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod peripherals;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]

@@ -12,9 +12,10 @@ use tasks::docking::latch::{End, EndSwitches};
 use tasks::motor::Axis;
 use tasks::sensor::{Scale, Sensor};
 
-use crate::adc::{Analog, Input};
+use crate::adc::Analog;
 use crate::eeprom::Eeprom;
 use crate::gpio::{Output, Port, PortB, PortD};
+use crate::input::Input;
 use crate::pwm::{self, Pwm, Timer1C};
 use crate::superbot::{
     self, ACCELERATION, ANGLE, BATTERY_TEMPERATURE, BATTERY_VOLTAGE, CELSIUS, Charger, DOCK_CURRENT,

@@ -10,8 +10,7 @@ use core::marker::PhantomData;
 use avr_device::atmega128a::{PORTB, PORTE, TC1, TC3};
 use avr_device::interrupt;
 use embedded_hal::pwm::{ErrorType, SetDutyCycle};
-
-use crate::superbot::{CLOCK_HZ, PWM_HZ};
+use tasks::superbot::{CLOCK_HZ, PWM_HZ};
 
 /// The timer counts up to here and down again, once a period: 400 steps of duty at 16 MHz and 20 kHz.
 pub(crate) const TOP: u16 = {

@@ -13,20 +13,14 @@
 use tasks::docking::latch::End;
 use tasks::sensor::Scale;
 
-use crate::adc::Input;
 use crate::gpio::{Pin, Port, PortA, PortB, PortC, PortD, PortG};
+use crate::input::Input;
 use crate::pwm::{Output, Timer1A, Timer1B, Timer1C};
 
 pub use tasks::superbot::{
-    BAUD, CLOCK_HZ, Half, I2C_HZ, JOINT, MASTER, MASTER_AXES, MOTOR_CURRENT, POTENTIOMETER, ROLL, SLAVE,
-    SLAVE_AXES, TICK_HZ,
+    BAUD, CLOCK_HZ, Half, I2C_HZ, JOINT, MASTER, MASTER_AXES, MOTOR_CURRENT, POTENTIOMETER, PWM_HZ, ROLL,
+    ROUND_HZ, SLAVE, SLAVE_AXES, TICK_HZ,
 };
-
-/// The rounds of measurement and the periods of the joints' control, per second.
-pub const ROUND_HZ: u32 = 1_000;
-
-/// The PWM frequency of the joint motors, in Hz: just above the audible range.
-pub const PWM_HZ: u32 = 20_000;
 
 // --- Joints -------------------------------------------------------------------------------------
 

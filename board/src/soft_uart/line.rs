@@ -8,7 +8,7 @@ use super::{BIT, registers};
 use crate::deferred::{self, Serving, source};
 use crate::guarded::Guarded;
 use crate::interrupts::Serves;
-use crate::joints;
+use crate::period;
 use crate::serial::{Line, Port, Receiver, Transmitter};
 #[cfg(doc)]
 use crate::superbot::BAUD;
@@ -86,7 +86,7 @@ fn set_pulse(pulse: Option<Pulse>) {
 #[doc(hidden)]
 #[inline(always)]
 pub fn pulse_begins(masked: &Masked) {
-    joints::begin_if_due(masked);
+    period::begin_if_due(masked);
     set_pulse(ENCODER.get(masked).next(|| next_byte(masked)));
 }
 
@@ -96,19 +96,19 @@ pub fn pulse_begins(masked: &Masked) {
 #[inline(always)]
 pub fn line_rises(masked: &Masked) {
     rises(masked);
-    joints::begin_if_due(masked); // as at the end of `line_changes`
+    period::begin_if_due(masked); // as at the end of `line_changes`
 }
 
 /// The interrupt INT7 in other cases: the line has fallen, or changed more than once.
 #[doc(hidden)]
 #[inline(always)]
 pub fn line_changes(masked: &Masked) {
-    joints::begin_if_due(masked);
+    period::begin_if_due(masked);
     let is_behind = if registers::expects_rising() { rises(masked) } else { falls(masked) };
     if is_behind {
         catch_up(masked);
     }
-    joints::begin_if_due(masked); // one that has become due meanwhile need not wait for the next vector
+    period::begin_if_due(masked); // one that has become due meanwhile need not wait for the next vector
 }
 
 /// Handles a line that has changed more than once since the last check. That is rare, so it is a call.
@@ -163,7 +163,7 @@ pub fn character_ends(masked: &Masked) {
         return deferred::raise(masked, source::SOFT_UART_SENT);
     }
     take(masked, DECODER.get(masked).ended(!registers::expects_rising()));
-    joints::begin_if_due(masked); // as at the end of `line_changes`
+    period::begin_if_due(masked); // as at the end of `line_changes`
 }
 
 /// Served by the software interrupt when the last stop bit of a transmission is on the wire.

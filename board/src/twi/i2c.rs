@@ -1,37 +1,18 @@
 //! embedded-hal's I2C: transactions with other devices on the bus. They take turns with the packets, on the
 //! same interface.
 
-use core::ptr::{self, NonNull};
+use core::ptr;
 
 use embedded_hal::i2c::{self, ErrorKind, Operation};
-use kernel::{Context, Interrupt, Masked, MaskedCell, Semaphore, Task};
+use kernel::{Context, Interrupt, Masked, Task};
 
 use super::control::{ACKNOWLEDGE, ENABLED, INTERRUPT, START, STOP};
 use super::interface;
 use super::registers::{data, request, set_bit_rate, set_control, set_data, status};
 use super::transaction::{Step, Transaction};
+use super::under_way::{IS_ENDED, IS_STARTED, Lent, NO_OPERATIONS, OPERATIONS, TRANSACTION};
 use crate::WithTask;
 use crate::interrupts::Serves;
-
-static TRANSACTION: MaskedCell<Transaction> = MaskedCell::new(Transaction::NONE);
-/// Lent by the task that waits for the end of its transaction; none at other times.
-static OPERATIONS: MaskedCell<Lent> = MaskedCell::new(Lent(NO_OPERATIONS));
-static IS_ENDED: Semaphore = Semaphore::new(0);
-
-/// Whether the program has started [`I2c`]. In one that never does, the compiler leaves nothing of
-/// transactions.
-static IS_STARTED: MaskedCell<bool> = MaskedCell::new(false);
-
-/// The operations of a transaction.
-#[derive(Clone, Copy)]
-struct Lent(*mut [Operation<'static>]);
-
-// SAFETY: the task that lends them waits until its transaction ends. If it is killed meanwhile, they stay on
-// its stack, which stays as it is. Only the interrupt handler uses them meanwhile.
-unsafe impl Send for Lent {}
-
-const NO_OPERATIONS: *mut [Operation<'static>] =
-    ptr::slice_from_raw_parts_mut(NonNull::dangling().as_ptr(), 0);
 
 /// Other devices on the bus of the two-wire serial interface: SCL = PD0, SDA = PD1.
 pub struct I2c(());
@@ -99,22 +80,6 @@ impl i2c::I2c for WithTask<'_, Master> {
             }
         }
     }
-}
-
-/// The bus was freed: ends a transaction that is under way or waits. Returns whether there was one; then its
-/// task is to be [woken](wake).
-pub(super) fn break_off(masked: &Masked) -> bool {
-    IS_STARTED.get(masked) && {
-        let mut transaction = TRANSACTION.get(masked);
-        let is_under_way = transaction.break_off();
-        TRANSACTION.set(masked, transaction);
-        is_under_way
-    }
-}
-
-/// Wakes the task whose transaction has ended.
-pub(super) fn wake(task: &mut Task) {
-    IS_ENDED.post(task);
 }
 
 /// The interrupt "Two-wire Serial Interface" in a program with packets and transactions.

@@ -5,14 +5,14 @@ use tasks::device::{Bus, Transfer};
 
 use super::control::{ACKNOWLEDGE, ENABLED, GO_ON, HELD, INTERRUPT, START, STOP};
 use super::engine::{CAPACITY, Data, Engine};
-use super::i2c;
 use super::registers::{data, request, set_bit_rate, set_control, set_data, set_own_address, status, twsr};
 use super::stream::{Ended, Streams};
+use super::under_way;
 use super::wires::{self, Wire};
 use crate::deferred::{self, Serving, source};
 use crate::guarded::Guarded;
 use crate::interrupts::Serves;
-use crate::joints;
+use crate::period;
 
 /// What the task and the interrupt share.
 struct Packets {
@@ -175,10 +175,10 @@ impl Bus for Interface {
             let acknowledge = if engine.acknowledges() { ACKNOWLEDGE } else { 0 };
             // A status from before the interface was switched off may still wait for its answer.
             set_control(masked, ENABLED | INTERRUPT | acknowledge);
-            i2c::break_off(masked)
+            under_way::break_off(masked)
         });
         if ends_transaction {
-            i2c::wake(task);
+            under_way::wake(task);
         }
     }
 
@@ -237,7 +237,7 @@ pub fn serve(serving: &mut Serving) {
     let turned = serving.interrupt.mask(|masked| {
         let streams = STREAMS.get(masked);
         set_control(masked, streams.turn(status)?);
-        joints::begin_if_due_by_call(masked); // the kernel takes as long again
+        period::begin_if_due_by_call(masked); // the kernel takes as long again
         Some(if streams.has_ended() { PACKETS.signal.get(masked) } else { None })
     });
     serving.window();

@@ -18,6 +18,8 @@ pub mod status;
 pub mod stream;
 pub mod transaction;
 #[cfg(target_arch = "avr")]
+mod under_way;
+#[cfg(target_arch = "avr")]
 mod wires;
 
 #[cfg(target_arch = "avr")]

@@ -14,9 +14,10 @@
 use core::hint::black_box;
 
 use board::Board;
-use board::adc::{Analog, Input, Rhythm};
+use board::adc::{Analog, Rhythm};
 use board::debug::mark;
 use board::gpio::Port;
+use board::input::Input;
 use board::superbot::{
     JOINT_CURRENT, JOINT_POTENTIOMETER, PowerPort, ROLL_CURRENT, ROLL_POTENTIOMETER, power_switch,
 };
