@@ -68,7 +68,8 @@ impl<T: Copy> Flash<[T]> {
     }
 }
 
-/// Declares a `static` array that stays in program memory.
+/// Declares a `static` array that stays in program memory. Tables that do not fit into the low 64 KB do not
+/// link.
 ///
 /// ```
 /// kernel::flash! {

@@ -10,8 +10,9 @@
 /// }
 /// ```
 /// The names are the linker's: `__vector_` and the vector's number (ATmega128 datasheet, "Interrupts",
-/// counted from 0). Another name does not compile. A constant after `as`, such as the interrupts of
-/// `avr-device`, says which vector is meant; then a wrong number does not compile either:
+/// counted from 0). Another name does not compile, and a number that the MCU does not have does not link. A
+/// constant after `as`, such as the interrupts of `avr-device`, says which vector is meant; then a wrong
+/// number does not compile either:
 ///
 /// ```ignore
 /// kernel::interrupt! {
