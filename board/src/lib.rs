@@ -12,12 +12,12 @@
 //!
 //! board::interrupts!(Interrupts: Tick, Usart0);
 //!
-//! kernel::run(|boot| {
+//! kernel::main!(|boot| {
 //!     let Some(board) = Board::take(boot) else { return };
 //!     board.tick.start(Interrupts);
 //!     let (mut transmitter, receiver) = board.usart0.start(Interrupts);
 //!     ...
-//! })
+//! });
 //! ```
 //!
 //! A Cargo feature selects the MCU: `atmega128`, the default, or `atmega328p`, `atmega1284p` or `atmega2560`.

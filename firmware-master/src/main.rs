@@ -133,14 +133,11 @@ static COUNTS: Counts = inspector::counts(
     DESK.counts(),
 );
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        if start(boot).is_none() {
-            board::debug::halt();
-        }
-    })
-}
+kernel::main!(|boot| {
+    if start(boot).is_none() {
+        board::debug::halt();
+    }
+});
 
 /// Starts every task. `None` if one of them can't be started.
 fn start(boot: &mut Boot) -> Option<()> {

@@ -56,6 +56,8 @@ pub use queue::{Full, Queue};
 pub use semaphore::Semaphore;
 #[doc(hidden)]
 pub use step::{GOES_ON, STEPPED, stepped};
+#[doc(hidden)]
+pub use task::init;
 pub use task::{Stack, StartError, run, running};
 pub use timer::{LONGEST, Period, TICKS, Ticks, Timer, is_reached, now};
 #[doc(hidden)]

@@ -127,16 +127,61 @@ pub(crate) fn finish(task: &mut Task) -> ! {
 /// Whether [`run`] was called.
 static RUNS: MaskedCell<bool> = MaskedCell::new(false);
 
-/// Starts the kernel: `init` sets up devices and starts tasks with interrupts masked; then the highest runs.
+/// Defines `main`, which starts the kernel: the closure sets up devices and starts tasks with interrupts
+/// masked; then the highest runs.
 ///
-/// Call it once, from `main`. A second call, by a task or an ISR, starts no second kernel: it never returns,
-/// leaves interrupts as they are, and does not call `init`.
+/// ```ignore
+/// kernel::main!(|boot| {
+///     let started = BLINK.start(boot, Priority::P3, blink);
+/// });
+/// ```
 ///
+/// The closure captures nothing. What its tasks need is a static, or moves into their bodies.
+///
+/// ```compile_fail,E0434
+/// fn program(level: u8) {
+///     kernel::main!(|_| drop(level)); // error: can't capture dynamic environment in a fn item
+/// }
+/// ```
+#[macro_export]
+macro_rules! main {
+    ($init:expr) => {
+        #[unsafe(no_mangle)]
+        extern "C" fn main() -> ! {
+            let init = $crate::init($init); // outside of the unsafe block
+            // SAFETY: the start-up code is the first to call this, and nothing is on the stack that may be in
+            // use. Another call replaces no stack.
+            unsafe { $crate::run(init) }
+        }
+    };
+}
+
+/// Gives the closure of [`main!`](crate::main!) its type.
+#[doc(hidden)]
+#[inline(always)]
+pub fn init<F: FnOnce(&mut Boot)>(init: F) -> F {
+    init
+}
+
+/// Starts the kernel, as [`main!`](crate::main!) does.
+///
+/// A second call, by a task or an ISR, starts no second kernel: it never returns, leaves interrupts as they
+/// are, and does not call `init`.
+///
+/// # Safety
 /// The kernel's stack begins at the top of SRAM, and replaces that of `main` once `init` is over. So nothing
-/// on `main`'s stack may be used any more, though it is never dropped: no pointer to a local of `main`, no
-/// future that is pinned to one, nothing that one is lent to. Use a static, or move the value into a task's
-/// body.
-pub fn run(init: impl FnOnce(&mut Boot)) -> ! {
+/// on the caller's stack may be in use any more, though it is never dropped: no pointer to a local of `main`,
+/// no future that is pinned to one, nothing that one is lent to.
+///
+/// ```compile_fail,E0133
+/// # use std::pin::pin;
+/// # fn keep<T>(_: std::pin::Pin<&mut T>) {}
+/// fn main() {
+///     keep(pin!(0)); // it may be used until it is dropped
+///     kernel::run(|_| {}); // error: call to unsafe function requires an unsafe block
+/// }
+/// ```
+pub unsafe fn run(init: impl FnOnce(&mut Boot)) -> ! {
     if !arch::begin(&RUNS) {
         loop {
             core::hint::spin_loop();

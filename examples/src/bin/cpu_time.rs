@@ -27,33 +27,30 @@ fn microseconds(clocks: u32) -> u32 {
     clocks >> 4
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        board.cpu_clock.start(Interrupts, boot);
-        // Woken by a tick and done before the next: samples taken at ticks would never see it.
-        start(CONTROL.start(boot, Priority::P1, |task| {
-            let mut period = Period::new(task, 2);
-            loop {
-                period.wait(task);
-                work(1000);
-            }
-        }));
-        start(WORKER.start(boot, Priority::P5, |task| {
-            loop {
-                work(10_000);
-                task.delay(10);
-            }
-        }));
-        start(REPORTER.start(boot, Priority::P0, |task| {
-            task.delay(100);
-            println!("control: {} us", microseconds(CONTROL.task().cpu_time(task)));
-            println!("worker: {} us", microseconds(WORKER.task().cpu_time(task)));
-            println!("idle: {} us", microseconds(idle_time(task)));
-            println!("in all: {} us", microseconds(total_time(task)));
-            halt()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    board.cpu_clock.start(Interrupts, boot);
+    // Woken by a tick and done before the next: samples taken at ticks would never see it.
+    start(CONTROL.start(boot, Priority::P1, |task| {
+        let mut period = Period::new(task, 2);
+        loop {
+            period.wait(task);
+            work(1000);
+        }
+    }));
+    start(WORKER.start(boot, Priority::P5, |task| {
+        loop {
+            work(10_000);
+            task.delay(10);
+        }
+    }));
+    start(REPORTER.start(boot, Priority::P0, |task| {
+        task.delay(100);
+        println!("control: {} us", microseconds(CONTROL.task().cpu_time(task)));
+        println!("worker: {} us", microseconds(WORKER.task().cpu_time(task)));
+        println!("idle: {} us", microseconds(idle_time(task)));
+        println!("in all: {} us", microseconds(total_time(task)));
+        halt()
+    }));
+});

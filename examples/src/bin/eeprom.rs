@@ -17,29 +17,26 @@ const SETTINGS: u16 = 0x10;
 static RADIO: Stack<160> = Stack::new();
 static CLOCK: Stack<128> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        let storage = board.eeprom.start(Interrupts); // may be copied: each task that uses it has one
-        start(RADIO.start(boot, Priority::P2, move |task| {
-            let mut settings = [0; 2];
-            let read = storage.read(task, SETTINGS, &mut settings);
-            println!("{} ms: {:?}, read: {}", now(task), settings, read.is_ok());
-            for _ in 0..2 {
-                let written = storage.write(task, SETTINGS, &[11, 5]);
-                println!("{} ms: written: {}", now(task), written.is_ok());
-            }
-            let beyond = storage.write(task, SIZE - 1, &[11, 5]);
-            println!("beyond the end: {}", if beyond == Err(OutOfRange) { "refused" } else { "written" });
-            halt()
-        }));
-        start(CLOCK.start(boot, Priority::P5, |task| {
-            loop {
-                task.delay(6);
-                println!("{} ms: the clock runs on", now(task));
-            }
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    let storage = board.eeprom.start(Interrupts); // may be copied: each task that uses it has one
+    start(RADIO.start(boot, Priority::P2, move |task| {
+        let mut settings = [0; 2];
+        let read = storage.read(task, SETTINGS, &mut settings);
+        println!("{} ms: {:?}, read: {}", now(task), settings, read.is_ok());
+        for _ in 0..2 {
+            let written = storage.write(task, SETTINGS, &[11, 5]);
+            println!("{} ms: written: {}", now(task), written.is_ok());
+        }
+        let beyond = storage.write(task, SIZE - 1, &[11, 5]);
+        println!("beyond the end: {}", if beyond == Err(OutOfRange) { "refused" } else { "written" });
+        halt()
+    }));
+    start(CLOCK.start(boot, Priority::P5, |task| {
+        loop {
+            task.delay(6);
+            println!("{} ms: the clock runs on", now(task));
+        }
+    }));
+});

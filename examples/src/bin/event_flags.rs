@@ -16,31 +16,28 @@ static LOG: Stack<128> = Stack::new();
 static ALARM: Stack<128> = Stack::new();
 static DAY: Stack<128> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        start(LOG.start(boot, Priority::P3, |task| {
-            loop {
-                let opened = HOUSE.wait_any(task, DOOR | WINDOW); // takes what it returns
-                println!("opened:{}{}", name(opened, DOOR, " door"), name(opened, WINDOW, " window"));
-            }
-        }));
-        start(ALARM.start(boot, Priority::P2, |task| {
-            loop {
-                HOUSE.wait_all(task, ARMED | MOVEMENT);
-                println!("alarm");
-            }
-        }));
-        start(DAY.start(boot, Priority::P5, |task| {
-            HOUSE.set(task, DOOR);
-            HOUSE.set(task, DOOR | WINDOW);
-            HOUSE.set(task, MOVEMENT); // stays set
-            println!("nobody home");
-            HOUSE.set(task, ARMED);
-            halt()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    start(LOG.start(boot, Priority::P3, |task| {
+        loop {
+            let opened = HOUSE.wait_any(task, DOOR | WINDOW); // takes what it returns
+            println!("opened:{}{}", name(opened, DOOR, " door"), name(opened, WINDOW, " window"));
+        }
+    }));
+    start(ALARM.start(boot, Priority::P2, |task| {
+        loop {
+            HOUSE.wait_all(task, ARMED | MOVEMENT);
+            println!("alarm");
+        }
+    }));
+    start(DAY.start(boot, Priority::P5, |task| {
+        HOUSE.set(task, DOOR);
+        HOUSE.set(task, DOOR | WINDOW);
+        HOUSE.set(task, MOVEMENT); // stays set
+        println!("nobody home");
+        HOUSE.set(task, ARMED);
+        halt()
+    }));
+});
 
 fn name(flags: u8, flag: u8, name: &str) -> &str {
     if flags & flag != 0 { name } else { "" }

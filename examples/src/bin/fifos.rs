@@ -22,24 +22,21 @@ kernel::interrupt! {
     }
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        start(READER.start(boot, Priority::P3, |task| {
-            for _ in 0..2 {
-                LINE_ENDED.wait(task);
-                let mut sum = 0u16;
-                while let Some(digit @ b'0'..=b'9') = RECEIVED.take(task) {
-                    sum = sum * 10 + u16::from(digit - b'0');
-                }
-                println!("a number: {}", sum);
+kernel::main!(|boot| {
+    start(READER.start(boot, Priority::P3, |task| {
+        for _ in 0..2 {
+            LINE_ENDED.wait(task);
+            let mut sum = 0u16;
+            while let Some(digit @ b'0'..=b'9') = RECEIVED.take(task) {
+                sum = sum * 10 + u16::from(digit - b'0');
             }
-            println!("lost: {}", RECEIVED.overruns(task));
-            halt()
-        }));
-        timer2::start();
-    })
-}
+            println!("a number: {}", sum);
+        }
+        println!("lost: {}", RECEIVED.overruns(task));
+        halt()
+    }));
+    timer2::start();
+});
 
 /// In place of a serial port.
 fn next_on_the_wire(interrupt: &mut Interrupt) -> Option<u8> {

@@ -16,16 +16,13 @@ kernel::flash! {
 
 static READER: Stack<128> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        start(READER.start(boot, Priority::P3, |_| {
-            // `get` returns a copy of an element, if it exists.
-            println!("sine of 45 degrees, of 127: {:?}", QUARTER_SINE.get(4));
-            println!("behind the end: {:?}", QUARTER_SINE.get(9));
-            let total = TILL.iter().map(|(cents, count)| cents * u16::from(count)).sum::<u16>();
-            println!("{} kinds of coins, {} cents", TILL.len(), total);
-            halt()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    start(READER.start(boot, Priority::P3, |_| {
+        // `get` returns a copy of an element, if it exists.
+        println!("sine of 45 degrees, of 127: {:?}", QUARTER_SINE.get(4));
+        println!("behind the end: {:?}", QUARTER_SINE.get(9));
+        let total = TILL.iter().map(|(cents, count)| cents * u16::from(count)).sum::<u16>();
+        println!("{} kinds of coins, {} cents", TILL.len(), total);
+        halt()
+    }));
+});

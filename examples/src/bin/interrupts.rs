@@ -19,22 +19,19 @@ kernel::interrupt! {
     }
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        start(SAMPLER.start(boot, Priority::P1, |task| {
-            for sample in 1..=3 {
-                SAMPLE_DUE.wait(task);
-                println!("sample {}", sample);
-            }
-            halt()
-        }));
-        start(BACKGROUND.start(boot, Priority::P6, |_| {
-            println!("the background never blocks");
-            loop {
-                black_box(0); // interrupted anywhere, and continues unharmed
-            }
-        }));
-        timer2::start();
-    })
-}
+kernel::main!(|boot| {
+    start(SAMPLER.start(boot, Priority::P1, |task| {
+        for sample in 1..=3 {
+            SAMPLE_DUE.wait(task);
+            println!("sample {}", sample);
+        }
+        halt()
+    }));
+    start(BACKGROUND.start(boot, Priority::P6, |_| {
+        println!("the background never blocks");
+        loop {
+            black_box(0); // interrupted anywhere, and continues unharmed
+        }
+    }));
+    timer2::start();
+});

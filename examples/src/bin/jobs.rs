@@ -34,17 +34,14 @@ fn measure(job: &mut JobContext) {
 
 static RUNNER: Stack<160> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(RUNNER.start(boot, Priority::P3, |task| match task.run_jobs(&[&BLINK, &MEASURE]) {
-            Ok(never) => never,
-            Err(JobTaken) => {
-                println!("a job is twice in the list");
-                halt()
-            }
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(RUNNER.start(boot, Priority::P3, |task| match task.run_jobs(&[&BLINK, &MEASURE]) {
+        Ok(never) => never,
+        Err(JobTaken) => {
+            println!("a job is twice in the list");
+            halt()
+        }
+    }));
+});

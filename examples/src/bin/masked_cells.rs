@@ -30,18 +30,15 @@ fn take_turns(context: &mut impl Context) -> u16 {
     })
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        timer2::start();
-        start(ODOMETER.start(boot, Priority::P3, |task| {
-            for ticks in [10, 30] {
-                task.delay(ticks);
-                println!("{} ms: {} turns more", now(task), take_turns(task));
-            }
-            halt()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    timer2::start();
+    start(ODOMETER.start(boot, Priority::P3, |task| {
+        for ticks in [10, 30] {
+            task.delay(ticks);
+            println!("{} ms: {} turns more", now(task), take_turns(task));
+        }
+        halt()
+    }));
+});

@@ -46,29 +46,26 @@ impl Line for Script {
     }
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        let mut stepper = board.trap.start(Interrupts);
-        start(MONITOR.start(boot, Priority::P2, move |task| {
-            // SAFETY: the script writes only to an unused address.
-            unsafe {
-                monitor::run(task, &mut Script { read: 0 }, TASKS, &mut |task, stepped| {
-                    stepper.step(task, stepped)
-                })
-            }
-        }));
-        start(BLINKER.start(boot, Priority::P4, |task| {
-            loop {
-                task.delay(5);
-            }
-        }));
-        start(WORKER.start(boot, Priority::P6, |_| {
-            loop {
-                black_box(());
-            }
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    let mut stepper = board.trap.start(Interrupts);
+    start(MONITOR.start(boot, Priority::P2, move |task| {
+        // SAFETY: the script writes only to an unused address.
+        unsafe {
+            monitor::run(task, &mut Script { read: 0 }, TASKS, &mut |task, stepped| {
+                stepper.step(task, stepped)
+            })
+        }
+    }));
+    start(BLINKER.start(boot, Priority::P4, |task| {
+        loop {
+            task.delay(5);
+        }
+    }));
+    start(WORKER.start(boot, Priority::P6, |_| {
+        loop {
+            black_box(());
+        }
+    }));
+});

@@ -14,31 +14,28 @@ static PAPER: Pipe<4> = Pipe::new();
 static WRITER: Stack<128> = Stack::new();
 static PRINTER: Stack<160> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(WRITER.start(boot, Priority::P2, |task| {
-            for byte in *b"kernel" {
-                PAPER.put(task, byte); // blocks while there is no space
-            }
-            println!("{} ms: all is in the pipe", now(task));
-            loop {
-                task.delay(LONGEST);
-            }
-        }));
-        start(PRINTER.start(boot, Priority::P4, |task| {
-            loop {
-                match PAPER.take_timeout(task, 10) {
-                    Ok(byte) => println!("{} ms: {}", now(task), char::from(byte)),
-                    Err(Elapsed) => {
-                        println!("{} ms: nothing for 10 ms", now(task));
-                        halt()
-                    }
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(WRITER.start(boot, Priority::P2, |task| {
+        for byte in *b"kernel" {
+            PAPER.put(task, byte); // blocks while there is no space
+        }
+        println!("{} ms: all is in the pipe", now(task));
+        loop {
+            task.delay(LONGEST);
+        }
+    }));
+    start(PRINTER.start(boot, Priority::P4, |task| {
+        loop {
+            match PAPER.take_timeout(task, 10) {
+                Ok(byte) => println!("{} ms: {}", now(task), char::from(byte)),
+                Err(Elapsed) => {
+                    println!("{} ms: nothing for 10 ms", now(task));
+                    halt()
                 }
-                task.delay(3); // it prints
             }
-        }));
-    })
-}
+            task.delay(3); // it prints
+        }
+    }));
+});

@@ -15,29 +15,26 @@ static PARTS: Semaphore = Semaphore::new(2);
 static FITTER: Stack<160> = Stack::new();
 static SUPPLIER: Stack<128> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(FITTER.start(boot, Priority::P2, |task| {
-            loop {
-                match PARTS.wait_timeout(task, 5) {
-                    Ok(()) => println!("{} ms: takes a part", now(task)),
-                    Err(Elapsed) => {
-                        println!("{} ms: no part for 5 ms", now(task));
-                        halt()
-                    }
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(FITTER.start(boot, Priority::P2, |task| {
+        loop {
+            match PARTS.wait_timeout(task, 5) {
+                Ok(()) => println!("{} ms: takes a part", now(task)),
+                Err(Elapsed) => {
+                    println!("{} ms: no part for 5 ms", now(task));
+                    halt()
                 }
             }
-        }));
-        start(SUPPLIER.start(boot, Priority::P4, |task| {
-            task.delay(3);
-            PARTS.post(task); // the fitter is higher: it runs before this is back
-            println!("{} ms: has brought one", now(task));
-            loop {
-                task.delay(LONGEST);
-            }
-        }));
-    })
-}
+        }
+    }));
+    start(SUPPLIER.start(boot, Priority::P4, |task| {
+        task.delay(3);
+        PARTS.post(task); // the fitter is higher: it runs before this is back
+        println!("{} ms: has brought one", now(task));
+        loop {
+            task.delay(LONGEST);
+        }
+    }));
+});

@@ -21,33 +21,30 @@ fn rounds(task: &mut Task) -> u16 {
     task.mask(|masked| ROUNDS.get(masked))
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        let mut stepper = board.trap.start(Interrupts);
-        start(WORKER.start(boot, Priority::P6, |task| {
-            loop {
-                task.mask(|masked| ROUNDS.count(masked)); // one step, whatever it does
-                black_box(0);
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    let mut stepper = board.trap.start(Interrupts);
+    start(WORKER.start(boot, Priority::P6, |task| {
+        loop {
+            task.mask(|masked| ROUNDS.count(masked)); // one step, whatever it does
+            black_box(0);
+        }
+    }));
+    start(DEBUGGER.start(boot, Priority::P2, move |task| {
+        let worker = WORKER.task();
+        println!("to step a task that runs: {}", stepper.step(task, worker).is_ok());
+        task.delay(2);
+        println!("suspended: {}", worker.suspend(task).is_ok());
+        for _ in 0..3 {
+            let before = rounds(task);
+            let mut steps: u8 = 0;
+            while rounds(task) == before && stepper.step(task, worker).is_ok() {
+                steps = steps.wrapping_add(1);
             }
-        }));
-        start(DEBUGGER.start(boot, Priority::P2, move |task| {
-            let worker = WORKER.task();
-            println!("to step a task that runs: {}", stepper.step(task, worker).is_ok());
-            task.delay(2);
-            println!("suspended: {}", worker.suspend(task).is_ok());
-            for _ in 0..3 {
-                let before = rounds(task);
-                let mut steps: u8 = 0;
-                while rounds(task) == before && stepper.step(task, worker).is_ok() {
-                    steps = steps.wrapping_add(1);
-                }
-                println!("another round after {} steps", steps);
-            }
-            println!("goes on by itself: {}", worker.resume(task));
-            halt()
-        }));
-    })
-}
+            println!("another round after {} steps", steps);
+        }
+        println!("goes on by itself: {}", worker.resume(task));
+        halt()
+    }));
+});

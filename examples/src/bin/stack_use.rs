@@ -36,30 +36,27 @@ fn look(task: &mut Task) {
     report(task, "absent", ABSENT.task());
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(IDLER.start(boot, Priority::P4, |task| {
-            loop {
-                task.delay(1);
-            }
-        }));
-        start(WORKER.start(boot, Priority::P5, |task| {
-            task.delay(4);
-            loop {
-                dig();
-                task.delay(1);
-            }
-        }));
-        start(OVERSEER.start(boot, Priority::P6, |task| {
-            task.delay(3);
-            look(task);
-            task.delay(3);
-            println!("3 ms later:");
-            look(task);
-            halt()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(IDLER.start(boot, Priority::P4, |task| {
+        loop {
+            task.delay(1);
+        }
+    }));
+    start(WORKER.start(boot, Priority::P5, |task| {
+        task.delay(4);
+        loop {
+            dig();
+            task.delay(1);
+        }
+    }));
+    start(OVERSEER.start(boot, Priority::P6, |task| {
+        task.delay(3);
+        look(task);
+        task.delay(3);
+        println!("3 ms later:");
+        look(task);
+        halt()
+    }));
+});

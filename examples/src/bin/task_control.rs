@@ -20,29 +20,26 @@ fn blink(task: &mut Task) -> Never {
     }
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(BLINKER.start(boot, Priority::P4, blink));
-        start(OPERATOR.start(boot, Priority::P2, |task| {
-            let blinker = BLINKER.task();
-            task.delay(3);
-            println!("{} ms: suspended: {}", now(task), blinker.suspend(task).is_ok());
-            task.delay(4); // the blinker's own delay ends meanwhile
-            println!("{} ms: resumed: {}", now(task), blinker.resume(task));
-            task.delay(3);
-            println!("{} ms: killed: {}", now(task), blinker.kill(task).is_ok());
-            task.delay(4);
-            // SAFETY: the blinker has pinned nothing on its stack, and lent nothing of it.
-            println!("{} ms: its stack is free: {}", now(task), unsafe { blinker.reuse(task) });
-            start(BLINKER.start(task, Priority::P4, |task: &mut Task| {
-                println!("{} ms: one last blink", now(task)); // a body that returns ends its task
-            }));
-            task.delay(1);
-            println!("{} ms: to be killed: {}", now(task), blinker.kill(task).is_ok());
-            halt()
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(BLINKER.start(boot, Priority::P4, blink));
+    start(OPERATOR.start(boot, Priority::P2, |task| {
+        let blinker = BLINKER.task();
+        task.delay(3);
+        println!("{} ms: suspended: {}", now(task), blinker.suspend(task).is_ok());
+        task.delay(4); // the blinker's own delay ends meanwhile
+        println!("{} ms: resumed: {}", now(task), blinker.resume(task));
+        task.delay(3);
+        println!("{} ms: killed: {}", now(task), blinker.kill(task).is_ok());
+        task.delay(4);
+        // SAFETY: the blinker has pinned nothing on its stack, and lent nothing of it.
+        println!("{} ms: its stack is free: {}", now(task), unsafe { blinker.reuse(task) });
+        start(BLINKER.start(task, Priority::P4, |task: &mut Task| {
+            println!("{} ms: one last blink", now(task)); // a body that returns ends its task
         }));
-    })
-}
+        task.delay(1);
+        println!("{} ms: to be killed: {}", now(task), blinker.kill(task).is_ok());
+        halt()
+    }));
+});

@@ -15,22 +15,19 @@ static NEVER: Semaphore = Semaphore::new(0);
 static SAMPLER: Stack<160> = Stack::new();
 static PATIENT: Stack<160> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(SAMPLER.start(boot, Priority::P3, |task| {
-            let mut period = Period::new(task, 200);
-            loop {
-                period.wait(task);
-                println!("{} ms: a sample", now(task));
-            }
-        }));
-        start(PATIENT.start(boot, Priority::P4, |task| {
-            let has_come = NEVER.wait_timeout(task, 700);
-            println!("{} ms: has it come? {}", now(task), has_come.is_ok());
-            halt()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(SAMPLER.start(boot, Priority::P3, |task| {
+        let mut period = Period::new(task, 200);
+        loop {
+            period.wait(task);
+            println!("{} ms: a sample", now(task));
+        }
+    }));
+    start(PATIENT.start(boot, Priority::P4, |task| {
+        let has_come = NEVER.wait_timeout(task, 700);
+        println!("{} ms: has it come? {}", now(task), has_come.is_ok());
+        halt()
+    }));
+});

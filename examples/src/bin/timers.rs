@@ -15,30 +15,27 @@ static EGGS: Timer = Timer::new();
 static BELL: Semaphore = Semaphore::new(0);
 static COOK: Stack<160> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(COOK.start(boot, Priority::P3, |task| {
-            TEA.start(task, 3, &BELL);
-            EGGS.start(task, 5, &BELL); // both ring the same bell
-            for _ in 0..2 {
-                BELL.wait(task);
-                println!("{} ms: the bell", now(task));
-            }
-            TEA.start(task, 3, &BELL);
-            TEA.start(task, 7, &BELL); // restarted: it rings once, at 12
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(COOK.start(boot, Priority::P3, |task| {
+        TEA.start(task, 3, &BELL);
+        EGGS.start(task, 5, &BELL); // both ring the same bell
+        for _ in 0..2 {
             BELL.wait(task);
             println!("{} ms: the bell", now(task));
+        }
+        TEA.start(task, 3, &BELL);
+        TEA.start(task, 7, &BELL); // restarted: it rings once, at 12
+        BELL.wait(task);
+        println!("{} ms: the bell", now(task));
 
-            EGGS.start(task, 5, &BELL);
-            task.delay(4);
-            let was_armed = EGGS.cancel(task);
-            println!("{} ms: cancelled in time: {}", now(task), was_armed);
-            task.delay(4);
-            println!("{} ms: rung since: {}", now(task), BELL.try_wait(task));
-            halt()
-        }));
-    })
-}
+        EGGS.start(task, 5, &BELL);
+        task.delay(4);
+        let was_armed = EGGS.cancel(task);
+        println!("{} ms: cancelled in time: {}", now(task), was_armed);
+        task.delay(4);
+        println!("{} ms: rung since: {}", now(task), BELL.try_wait(task));
+        halt()
+    }));
+});

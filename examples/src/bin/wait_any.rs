@@ -17,32 +17,29 @@ static TIMER: Timer = Timer::new();
 static MACHINE: Stack<192> = Stack::new();
 static CUSTOMER: Stack<128> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(MACHINE.start(boot, Priority::P2, |task| {
-            loop {
-                TIMER.start(task, 10, &PATIENCE); // restarted at each turn
-                match task.wait_any([&COIN, &BUTTON, &PATIENCE]) {
-                    0 => println!("{} ms: a coin", now(task)),
-                    1 => println!("{} ms: the button", now(task)),
-                    _ => {
-                        println!("{} ms: nobody there for 10 ms", now(task));
-                        halt()
-                    }
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(MACHINE.start(boot, Priority::P2, |task| {
+        loop {
+            TIMER.start(task, 10, &PATIENCE); // restarted at each turn
+            match task.wait_any([&COIN, &BUTTON, &PATIENCE]) {
+                0 => println!("{} ms: a coin", now(task)),
+                1 => println!("{} ms: the button", now(task)),
+                _ => {
+                    println!("{} ms: nobody there for 10 ms", now(task));
+                    halt()
                 }
             }
-        }));
-        start(CUSTOMER.start(boot, Priority::P4, |task| {
-            for (pause, signal) in [(2, &COIN), (4, &COIN), (3, &BUTTON)] {
-                task.delay(pause);
-                signal.post(task);
-            }
-            loop {
-                task.delay(LONGEST);
-            }
-        }));
-    })
-}
+        }
+    }));
+    start(CUSTOMER.start(boot, Priority::P4, |task| {
+        for (pause, signal) in [(2, &COIN), (4, &COIN), (3, &BUTTON)] {
+            task.delay(pause);
+            signal.post(task);
+        }
+        loop {
+            task.delay(LONGEST);
+        }
+    }));
+});

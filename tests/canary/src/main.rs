@@ -21,24 +21,21 @@ static COMPUTER: Stack<1536> = Stack::new();
 
 board::interrupts!(Interrupts: External);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
-        start(INTRUDER.start(boot, Priority::P1, |task| {
-            loop {
-                PRESSED.wait(task);
-                if black_box(0x1234_5678_u32) * black_box(3) != 0x369d_0368 {
-                    mark(PANIC);
-                    finish()
-                }
-                task.mask(|masked| WOKEN.count(masked));
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.external.start(Interrupts, boot.interrupt(), &PRESSED);
+    start(INTRUDER.start(boot, Priority::P1, |task| {
+        loop {
+            PRESSED.wait(task);
+            if black_box(0x1234_5678_u32) * black_box(3) != 0x369d_0368 {
+                mark(PANIC);
+                finish()
             }
-        }));
-        start(COMPUTER.start(boot, Priority::P6, |_| {
-            canary::run(|_, digest| digest.to_le_bytes().into_iter().for_each(mark));
-            finish()
-        }));
-    })
-}
+            task.mask(|masked| WOKEN.count(masked));
+        }
+    }));
+    start(COMPUTER.start(boot, Priority::P6, |_| {
+        canary::run(|_, digest| digest.to_le_bytes().into_iter().for_each(mark));
+        finish()
+    }));
+});

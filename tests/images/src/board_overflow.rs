@@ -18,23 +18,16 @@ static SMALL: Stack<88> = Stack::new();
 
 kernel::stack_overflow!(board::panic::record_overflow_and_reset);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        mark(if board.reset_cause.is_watchdog() { 2 } else { 1 });
-        let record = board::panic::take(boot);
-        if let Some(record) = record {
-            [record.line, record.column, record.task]
-                .map(u16::to_le_bytes)
-                .into_iter()
-                .flatten()
-                .for_each(mark);
-        } else if SMALL.start(boot, Priority::P4, wait_with_much_on_the_stack).is_err() {
-            halt()
-        }
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    mark(if board.reset_cause.is_watchdog() { 2 } else { 1 });
+    let record = board::panic::take(boot);
+    if let Some(record) = record {
+        [record.line, record.column, record.task].map(u16::to_le_bytes).into_iter().flatten().for_each(mark);
+    } else if SMALL.start(boot, Priority::P4, wait_with_much_on_the_stack).is_err() {
+        halt()
+    }
+});
 
 fn wait_with_much_on_the_stack(task: &mut Task) -> Never {
     let bytes = black_box([0_u8; 64]);

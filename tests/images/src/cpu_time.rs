@@ -22,42 +22,39 @@ static WORKERS: [Stack<128>; 2] = [const { Stack::new() }; 2];
 #[unsafe(no_mangle)]
 static REPORT: MaskedCell<[u32; 6]> = MaskedCell::new([0; 6]);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        board.cpu_clock.start(Interrupts, boot);
-        mark(1);
-        start(REPORTER.start(boot, Priority::P0, |task| {
-            task.delay(1000);
-            report(task);
-            mark(2);
-            finish()
-        }));
-        // The tick wakes this task, and it is done long before the next tick: sampling at ticks never sees
-        // it.
-        start(CONTROL.start(boot, Priority::P1, |task| {
-            task.delay(50); // first the workers have the CPU for longer than a period of the clock
-            let mut period = Period::new(task, 2);
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    board.cpu_clock.start(Interrupts, boot);
+    mark(1);
+    start(REPORTER.start(boot, Priority::P0, |task| {
+        task.delay(1000);
+        report(task);
+        mark(2);
+        finish()
+    }));
+    // The tick wakes this task, and it is done long before the next tick: sampling at ticks never sees
+    // it.
+    start(CONTROL.start(boot, Priority::P1, |task| {
+        task.delay(50); // first the workers have the CPU for longer than a period of the clock
+        let mut period = Period::new(task, 2);
+        loop {
+            period.wait(task);
+            work(200);
+        }
+    }));
+    for (stack, (turns, rest)) in WORKERS.iter().zip([(20, 300), (3, 170)]) {
+        start(stack.start(boot, Priority::P4, move |task| {
             loop {
-                period.wait(task);
-                work(200);
+                for _ in 0..turns {
+                    work(10_000);
+                    task.yield_now();
+                }
+                task.delay(rest); // longer than a period of the clock
             }
         }));
-        for (stack, (turns, rest)) in WORKERS.iter().zip([(20, 300), (3, 170)]) {
-            start(stack.start(boot, Priority::P4, move |task| {
-                loop {
-                    for _ in 0..turns {
-                        work(10_000);
-                        task.yield_now();
-                    }
-                    task.delay(rest); // longer than a period of the clock
-                }
-            }));
-        }
-    })
-}
+    }
+});
 
 /// About 5 cycles a round.
 #[inline(never)]

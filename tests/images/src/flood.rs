@@ -78,14 +78,11 @@ macro_rules! flood {
             bridge: &NOWHERE,
         };
 
-        #[unsafe(no_mangle)]
-        extern "C" fn main() -> ! {
-            kernel::run(|boot| {
-                if $crate::flood::begin(boot, Interrupts, &PORT, &OFFICE, $dock, $beside).is_none() {
-                    board::debug::halt();
-                }
-            })
-        }
+        kernel::main!(|boot| {
+            if $crate::flood::begin(boot, Interrupts, &PORT, &OFFICE, $dock, $beside).is_none() {
+                board::debug::halt();
+            }
+        });
     };
 }
 

@@ -96,14 +96,11 @@ mod stack {
     pub static LOOP: super::Stack<BYTES> = super::Stack::new();
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        if start(boot).is_none() {
-            board::debug::halt();
-        }
-    })
-}
+kernel::main!(|boot| {
+    if start(boot).is_none() {
+        board::debug::halt();
+    }
+});
 
 /// Starts the loop. `None` if it can't be started.
 fn start(boot: &mut Boot) -> Option<()> {

@@ -11,7 +11,4 @@ use tasks::router::Mcu;
 
 board::interrupts!(Interrupts: Tick, Twi);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| sides::begin(boot, Interrupts, Mcu::Master, &MASTER, &SLAVE))
-}
+kernel::main!(|boot| sides::begin(boot, Interrupts, Mcu::Master, &MASTER, &SLAVE));

@@ -27,12 +27,9 @@ kernel::interrupt! {
     fn __vector_5(interrupt) { OBJECTS.semaphore.post(interrupt); }
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let _ = black_box(&TASK).start(boot, Priority::P3, body);
-    })
-}
+kernel::main!(|boot| {
+    let _ = black_box(&TASK).start(boot, Priority::P3, body);
+});
 
 fn body(task: &mut Task) -> Never {
     let Objects { semaphore, timer, queue } = black_box(&OBJECTS);

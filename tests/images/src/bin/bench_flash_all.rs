@@ -41,17 +41,14 @@ kernel::interrupt! {
     fn __vector_5(interrupt) { OBJECTS.semaphore.post(interrupt); }
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        let storage = board.eeprom.start(Interrupts);
-        let stepper = board.trap.start(Interrupts);
-        let _ = black_box(&TASK).start(boot, Priority::P3, move |task| body(task, storage, stepper));
-        let _ = black_box(&OTHER).start(boot, Priority::P4, |task| task.exit());
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    let storage = board.eeprom.start(Interrupts);
+    let stepper = board.trap.start(Interrupts);
+    let _ = black_box(&TASK).start(boot, Priority::P3, move |task| body(task, storage, stepper));
+    let _ = black_box(&OTHER).start(boot, Priority::P4, |task| task.exit());
+});
 
 fn body(task: &mut Task, storage: Storage, mut stepper: Stepper) -> Never {
     let Objects { semaphore, timer, queue, fifo, pipe } = black_box(&OBJECTS);

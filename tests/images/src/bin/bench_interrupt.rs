@@ -32,28 +32,25 @@ struct Interrupts;
 // SAFETY: INT4 is vector 5, above.
 unsafe impl Serves<External> for Interrupts {}
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
-        let [first, second] = &HIGH;
-        start(first.start(boot, Priority::P1, |task| {
-            loop {
-                PRESSED.wait(task);
-                end::<WOKEN>();
-            }
-        }));
-        start(second.start(boot, Priority::P2, |task| {
-            loop {
-                OTHER.wait(task);
-            }
-        }));
-        start(BUSY.start(boot, Priority::P6, |_| {
-            begin::<BUSY_BEGINS>();
-            loop {
-                busy();
-            }
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.external.start(Interrupts, boot.interrupt(), &PRESSED);
+    let [first, second] = &HIGH;
+    start(first.start(boot, Priority::P1, |task| {
+        loop {
+            PRESSED.wait(task);
+            end::<WOKEN>();
+        }
+    }));
+    start(second.start(boot, Priority::P2, |task| {
+        loop {
+            OTHER.wait(task);
+        }
+    }));
+    start(BUSY.start(boot, Priority::P6, |_| {
+        begin::<BUSY_BEGINS>();
+        loop {
+            busy();
+        }
+    }));
+});

@@ -8,7 +8,4 @@ mod sides;
 
 board::interrupts!(Interrupts: Tick, Usart0);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| sides::begin(boot, Interrupts, true))
-}
+kernel::main!(|boot| sides::begin(boot, Interrupts, true));

@@ -24,36 +24,33 @@ static STORE: Semaphore = Semaphore::new(0);
 static QUEUE: Queue<Reading> = Queue::new(4);
 static TOTAL: Mutex<u16> = Mutex::new(Priority::P0, 0);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        for stack in &WAITING {
-            start(stack.start(boot, Priority::P2, |task| {
-                loop {
-                    GATE.wait(task);
-                }
-            }));
-        }
-        for stack in &RECEIVING {
-            start(stack.start(boot, Priority::P2, |task| {
-                loop {
-                    drop(QUEUE.receive(task));
-                }
-            }));
-        }
-        for stack in &DELAYED {
-            start(stack.start(boot, Priority::P1, |task| {
-                loop {
-                    task.delay(2);
-                    TOTAL.with(task, |total| *total += 1);
-                }
-            }));
-        }
-        start(LOW.start(boot, Priority::P6, low));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    for stack in &WAITING {
+        start(stack.start(boot, Priority::P2, |task| {
+            loop {
+                GATE.wait(task);
+            }
+        }));
+    }
+    for stack in &RECEIVING {
+        start(stack.start(boot, Priority::P2, |task| {
+            loop {
+                drop(QUEUE.receive(task));
+            }
+        }));
+    }
+    for stack in &DELAYED {
+        start(stack.start(boot, Priority::P1, |task| {
+            loop {
+                task.delay(2);
+                TOTAL.with(task, |total| *total += 1);
+            }
+        }));
+    }
+    start(LOW.start(boot, Priority::P6, low));
+});
 
 fn low(task: &mut Task) -> Never {
     for round in 0..4 {

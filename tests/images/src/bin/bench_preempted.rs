@@ -17,22 +17,19 @@ static BUSY: Stack<96> = Stack::new();
 static ALARM: Timer = Timer::new();
 static RUNG: Semaphore = Semaphore::new(0);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(HIGH.start(boot, Priority::P1, |task| {
-            loop {
-                ALARM.start(task, 2, &RUNG);
-                begin::<BLOCK>();
-                RUNG.wait(task);
-            }
-        }));
-        start(BUSY.start(boot, Priority::P6, |_| {
-            loop {
-                end::<BLOCK>();
-            }
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(HIGH.start(boot, Priority::P1, |task| {
+        loop {
+            ALARM.start(task, 2, &RUNG);
+            begin::<BLOCK>();
+            RUNG.wait(task);
+        }
+    }));
+    start(BUSY.start(boot, Priority::P6, |_| {
+        loop {
+            end::<BLOCK>();
+        }
+    }));
+});

@@ -19,36 +19,33 @@ static LOW: Stack<160> = Stack::new();
 static AWAITED: Queue<Reading> = Queue::new(4);
 static KEPT: Queue<Reading> = Queue::new(4);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        start(HIGH.start(boot, Priority::P1, |task| {
-            loop {
-                let message = AWAITED.receive(task);
-                end::<MESSAGE_TO_HIGHER>();
-                drop(message);
-            }
-        }));
-        start(LOW.start(boot, Priority::P3, |task| {
-            loop {
-                let message = reading(task);
-                begin::<MESSAGE_TO_HIGHER>();
-                let sent = AWAITED.send(task, message);
-                assert!(sent.is_ok());
+kernel::main!(|boot| {
+    start(HIGH.start(boot, Priority::P1, |task| {
+        loop {
+            let message = AWAITED.receive(task);
+            end::<MESSAGE_TO_HIGHER>();
+            drop(message);
+        }
+    }));
+    start(LOW.start(boot, Priority::P3, |task| {
+        loop {
+            let message = reading(task);
+            begin::<MESSAGE_TO_HIGHER>();
+            let sent = AWAITED.send(task, message);
+            assert!(sent.is_ok());
 
-                let message = reading(task);
-                begin::<SEND>();
-                let sent = KEPT.send(task, message);
-                end::<SEND>();
-                assert!(sent.is_ok());
-                begin::<RECEIVE>();
-                let message = KEPT.receive(task);
-                end::<RECEIVE>();
-                assert!(message.0 == CONTENT);
-            }
-        }));
-    })
-}
+            let message = reading(task);
+            begin::<SEND>();
+            let sent = KEPT.send(task, message);
+            end::<SEND>();
+            assert!(sent.is_ok());
+            begin::<RECEIVE>();
+            let message = KEPT.receive(task);
+            end::<RECEIVE>();
+            assert!(message.0 == CONTENT);
+        }
+    }));
+});
 
 const CONTENT: [u8; 16] = *b"as in the robot.";
 

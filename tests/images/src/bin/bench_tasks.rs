@@ -23,47 +23,44 @@ static WAKE: Semaphore = Semaphore::new(0);
 static CALL: Semaphore = Semaphore::new(0);
 static STORE: Semaphore = Semaphore::new(0);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        start(HIGH.start(boot, Priority::P1, |task| {
-            loop {
-                begin::<BLOCK_TO_LOWER>();
-                WAKE.wait(task);
-                end::<POST_TO_HIGHER>();
-            }
-        }));
-        start(HIGHEST.start(boot, Priority::P0, |task| {
-            loop {
-                CALL.wait(task);
-                end::<POST_BY_CALL>();
-            }
-        }));
-        // Nothing is alive across a call, so the figures are the kernel's alone.
-        start(LOW.start(boot, Priority::P3, |task| {
-            loop {
-                begin::<POST_TO_HIGHER>();
-                WAKE.post_in_loop(task);
-                end::<BLOCK_TO_LOWER>();
-                begin::<POST_BY_CALL>();
-                CALL.post(task);
-                begin::<POST>();
-                STORE.post(task);
-                end::<POST>();
-                begin::<WAIT>();
-                STORE.wait(task);
-                end::<WAIT>();
-                begin::<YIELD>();
-                task.yield_now();
-                end::<YIELD>();
-            }
-        }));
-        start(EQUAL.start(boot, Priority::P3, |task| {
-            loop {
-                begin::<YIELD>();
-                task.yield_now();
-                end::<YIELD>();
-            }
-        }));
-    })
-}
+kernel::main!(|boot| {
+    start(HIGH.start(boot, Priority::P1, |task| {
+        loop {
+            begin::<BLOCK_TO_LOWER>();
+            WAKE.wait(task);
+            end::<POST_TO_HIGHER>();
+        }
+    }));
+    start(HIGHEST.start(boot, Priority::P0, |task| {
+        loop {
+            CALL.wait(task);
+            end::<POST_BY_CALL>();
+        }
+    }));
+    // Nothing is alive across a call, so the figures are the kernel's alone.
+    start(LOW.start(boot, Priority::P3, |task| {
+        loop {
+            begin::<POST_TO_HIGHER>();
+            WAKE.post_in_loop(task);
+            end::<BLOCK_TO_LOWER>();
+            begin::<POST_BY_CALL>();
+            CALL.post(task);
+            begin::<POST>();
+            STORE.post(task);
+            end::<POST>();
+            begin::<WAIT>();
+            STORE.wait(task);
+            end::<WAIT>();
+            begin::<YIELD>();
+            task.yield_now();
+            end::<YIELD>();
+        }
+    }));
+    start(EQUAL.start(boot, Priority::P3, |task| {
+        loop {
+            begin::<YIELD>();
+            task.yield_now();
+            end::<YIELD>();
+        }
+    }));
+});

@@ -31,46 +31,43 @@ static BEGIN: Semaphore = Semaphore::new(0);
 /// More ticks than any run takes.
 const FAR: kernel::Ticks = 10_000;
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(HIGH.start(boot, Priority::P1, |task| {
-            BEGIN.wait(task);
-            loop {
-                task.delay(2);
-                end::<DELAYED>();
-                ALARM.start(task, 2, &RUNG);
-                RUNG.wait(task);
-                end::<BY_TIMER>();
-                let _ = NEVER.wait_timeout(task, 2);
-                end::<BY_TIMEOUT>();
-            }
-        }));
-        start(BUSY.start(boot, Priority::P6, |task| {
-            begin::<PENDING_0>();
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(HIGH.start(boot, Priority::P1, |task| {
+        BEGIN.wait(task);
+        loop {
+            task.delay(2);
+            end::<DELAYED>();
+            ALARM.start(task, 2, &RUNG);
+            RUNG.wait(task);
+            end::<BY_TIMER>();
+            let _ = NEVER.wait_timeout(task, 2);
+            end::<BY_TIMEOUT>();
+        }
+    }));
+    start(BUSY.start(boot, Priority::P6, |task| {
+        begin::<PENDING_0>();
+        busy();
+        end::<PENDING_0>();
+        arm(task, 0..1);
+        begin::<PENDING_1>();
+        busy();
+        end::<PENDING_1>();
+        arm(task, 1..10);
+        begin::<PENDING_10>();
+        busy();
+        end::<PENDING_10>();
+        arm(task, 10..50);
+        begin::<PENDING_50>();
+        busy();
+        end::<PENDING_50>();
+        BEGIN.post(task);
+        loop {
             busy();
-            end::<PENDING_0>();
-            arm(task, 0..1);
-            begin::<PENDING_1>();
-            busy();
-            end::<PENDING_1>();
-            arm(task, 1..10);
-            begin::<PENDING_10>();
-            busy();
-            end::<PENDING_10>();
-            arm(task, 10..50);
-            begin::<PENDING_50>();
-            busy();
-            end::<PENDING_50>();
-            BEGIN.post(task);
-            loop {
-                busy();
-            }
-        }));
-    })
-}
+        }
+    }));
+});
 
 fn arm(task: &mut kernel::Task, timers: core::ops::Range<usize>) {
     for timer in TIMERS.iter().take(timers.end).skip(timers.start) {

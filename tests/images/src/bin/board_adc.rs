@@ -109,16 +109,13 @@ fn exercise(task: &mut Task, rhythm: &mut Rhythm, analog: &mut Analog) {
     mark(if analog.take_tripped(task) == 1 { 0x72 } else { 0x7f });
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        let (mut rhythm, mut analog) = board.adc.start(Interrupts, boot.interrupt(), &TRIP);
-        PowerPort::set_direction(power_switch(0), true);
-        start(TASK.start(boot, Priority::P3, move |task| {
-            exercise(task, &mut rhythm, &mut analog);
-            finish()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    let (mut rhythm, mut analog) = board.adc.start(Interrupts, boot.interrupt(), &TRIP);
+    PowerPort::set_direction(power_switch(0), true);
+    start(TASK.start(boot, Priority::P3, move |task| {
+        exercise(task, &mut rhythm, &mut analog);
+        finish()
+    }));
+});

@@ -9,23 +9,20 @@ use board::Board;
 use board::debug::mark;
 use tests_images::finish;
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        let [low, high] = board.nonce.to_le_bytes();
-        mark(low);
-        mark(high);
-        if board.reset_cause.is_watchdog() {
-            mark(2);
-        } else if board.reset_cause.is_power_on() {
-            mark(1);
-        } else {
-            mark(4);
-        }
-        if Board::take(boot).is_none() {
-            mark(3);
-        }
-        finish()
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    let [low, high] = board.nonce.to_le_bytes();
+    mark(low);
+    mark(high);
+    if board.reset_cause.is_watchdog() {
+        mark(2);
+    } else if board.reset_cause.is_power_on() {
+        mark(1);
+    } else {
+        mark(4);
+    }
+    if Board::take(boot).is_none() {
+        mark(3);
+    }
+    finish()
+});

@@ -45,32 +45,29 @@ kernel::flash! {
 // No timer drives the tick, so no tick disturbs the measurement.
 kernel::tick_interrupt!(__vector_15);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        start(MEASURING.start(boot, Priority::P3, measure));
-        for stack in &WAITING {
-            start(stack.start(boot, Priority::P5, |task| {
-                loop {
-                    FOUR.wait_any(task, 2);
-                }
-            }));
-        }
-        for stack in &WAITING_WITH_TIMEOUT {
-            start(stack.start(boot, Priority::P5, |task| {
-                loop {
-                    let _ = FOUR_WITH_TIMEOUTS.wait_any_timeout(task, 2, 100);
-                }
-            }));
-        }
-        // It runs once all the others wait.
-        start(LAST.start(boot, Priority::P6, |task| {
+kernel::main!(|boot| {
+    start(MEASURING.start(boot, Priority::P3, measure));
+    for stack in &WAITING {
+        start(stack.start(boot, Priority::P5, |task| {
             loop {
-                GO.post(task);
+                FOUR.wait_any(task, 2);
             }
         }));
-    })
-}
+    }
+    for stack in &WAITING_WITH_TIMEOUT {
+        start(stack.start(boot, Priority::P5, |task| {
+            loop {
+                let _ = FOUR_WITH_TIMEOUTS.wait_any_timeout(task, 2, 100);
+            }
+        }));
+    }
+    // It runs once all the others wait.
+    start(LAST.start(boot, Priority::P6, |task| {
+        loop {
+            GO.post(task);
+        }
+    }));
+});
 
 fn measure(task: &mut Task) -> Never {
     loop {

@@ -18,24 +18,21 @@ board::interrupts!(Interrupts: Tick);
 static DELAYED: Stack<128> = Stack::new();
 static BUSY: Stack<128> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(BUSY.start(boot, Priority::P3, |task| {
-            loop {
-                task.delay(LONGEST - 1);
-                for _ in 0..20 {
-                    Delay::new(task).delay_us(500);
-                }
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(BUSY.start(boot, Priority::P3, |task| {
+        loop {
+            task.delay(LONGEST - 1);
+            for _ in 0..20 {
+                Delay::new(task).delay_us(500);
             }
-        }));
-        start(DELAYED.start(boot, Priority::P4, |task| {
-            mark(1);
-            Delay::new(task).delay_ms(66_000);
-            mark(2);
-            finish()
-        }));
-    })
-}
+        }
+    }));
+    start(DELAYED.start(boot, Priority::P4, |task| {
+        mark(1);
+        Delay::new(task).delay_ms(66_000);
+        mark(2);
+        finish()
+    }));
+});

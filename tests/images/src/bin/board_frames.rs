@@ -22,14 +22,11 @@ fn receive(mut receiver: Receiver, task: &mut Task, base: u8) -> Never {
     }
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = board::Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        let (_, usart) = board.usart0.start(Interrupts);
-        let (_, soft_uart) = board.soft_uart.start(Interrupts, boot);
-        start(USART.start(boot, Priority::P3, |task| receive(usart, task, 0)));
-        start(SOFT_UART.start(boot, Priority::P3, |task| receive(soft_uart, task, 0x80)));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = board::Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    let (_, usart) = board.usart0.start(Interrupts);
+    let (_, soft_uart) = board.soft_uart.start(Interrupts, boot);
+    start(USART.start(boot, Priority::P3, |task| receive(usart, task, 0)));
+    start(SOFT_UART.start(boot, Priority::P3, |task| receive(soft_uart, task, 0x80)));
+});

@@ -74,14 +74,11 @@ fn exercise(i2c: &mut impl I2c) {
     check(11, i2c.transaction(DEVICE, &mut []).is_ok());
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        let mut master = board.i2c.start(Interrupts, boot.interrupt());
-        start(TASK.start(boot, Priority::P3, move |task| {
-            exercise(&mut master.with(task));
-            finish()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    let mut master = board.i2c.start(Interrupts, boot.interrupt());
+    start(TASK.start(boot, Priority::P3, move |task| {
+        exercise(&mut master.with(task));
+        finish()
+    }));
+});

@@ -14,11 +14,8 @@ use board::superbot::{MASTER, SLAVE};
 
 board::interrupts!(Interrupts: Tick, I2c);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        exchange::begin(boot, Interrupts, board.tick, board.twi, SLAVE.address, MASTER.address);
-        crowd::begin(boot, Interrupts, board.i2c, 8);
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    exchange::begin(boot, Interrupts, board.tick, board.twi, SLAVE.address, MASTER.address);
+    crowd::begin(boot, Interrupts, board.i2c, 8);
+});

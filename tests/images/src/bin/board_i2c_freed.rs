@@ -28,26 +28,23 @@ fn check(step: u8, is_right: bool) {
     mark(if is_right { step } else { WRONG });
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        let mut bus = board.twi.start(Interrupts, boot.interrupt(), MASTER.address, SLAVE.address, &SIGNAL);
-        let mut master = board.i2c.start(Interrupts, boot.interrupt());
-        start(FREER.start(boot, Priority::P3, move |task| {
-            task.delay(4);
-            bus.free(task);
-            loop {
-                task.delay(LONGEST);
-            }
-        }));
-        start(READER.start(boot, Priority::P4, move |task| {
-            let mut i2c = master.with(task);
-            let (mut long, mut one) = ([0; 255], [0; 1]);
-            check(1, i2c.read(DEVICE, &mut long) == Err(ErrorKind::Bus));
-            check(2, i2c.write_read(DEVICE, &[3], &mut one).is_ok() && one == [0x83]);
-            finish()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    let mut bus = board.twi.start(Interrupts, boot.interrupt(), MASTER.address, SLAVE.address, &SIGNAL);
+    let mut master = board.i2c.start(Interrupts, boot.interrupt());
+    start(FREER.start(boot, Priority::P3, move |task| {
+        task.delay(4);
+        bus.free(task);
+        loop {
+            task.delay(LONGEST);
+        }
+    }));
+    start(READER.start(boot, Priority::P4, move |task| {
+        let mut i2c = master.with(task);
+        let (mut long, mut one) = ([0; 255], [0; 1]);
+        check(1, i2c.read(DEVICE, &mut long) == Err(ErrorKind::Bus));
+        check(2, i2c.write_read(DEVICE, &[3], &mut one).is_ok() && one == [0x83]);
+        finish()
+    }));
+});

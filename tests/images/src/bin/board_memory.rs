@@ -41,13 +41,10 @@ fn exercise() {
     mark(0x55);
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(_board) = Board::take(boot) else { return };
-        start(TASK.start(boot, Priority::P3, |_| {
-            exercise();
-            finish()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(_board) = Board::take(boot) else { return };
+    start(TASK.start(boot, Priority::P3, |_| {
+        exercise();
+        finish()
+    }));
+});

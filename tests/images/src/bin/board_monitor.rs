@@ -49,31 +49,26 @@ impl Line for Serial {
     }
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = board::Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        let mut stepper = board.trap.start(Interrupts);
-        let (transmitter, receiver) = board.usart0.start(Interrupts);
-        let mut serial = Serial { transmitter, receiver };
-        start(MONITOR.start(boot, Priority::P2, move |task| {
-            // SAFETY: the test writes to COUNT only.
-            unsafe {
-                monitor::run(task, &mut serial, TASKS, &mut |task, stepped| stepper.step(task, stepped))
-            }
-        }));
-        start(WAITER.start(boot, Priority::P4, |task| {
-            loop {
-                NEVER.wait(task);
-            }
-        }));
-        start(COUNTER.start(boot, Priority::P6, |task| {
-            loop {
-                task.mask(|masked| COUNT.count(masked));
-                // Something to step through with interrupts enabled.
-                black_box(0);
-            }
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = board::Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    let mut stepper = board.trap.start(Interrupts);
+    let (transmitter, receiver) = board.usart0.start(Interrupts);
+    let mut serial = Serial { transmitter, receiver };
+    start(MONITOR.start(boot, Priority::P2, move |task| {
+        // SAFETY: the test writes to COUNT only.
+        unsafe { monitor::run(task, &mut serial, TASKS, &mut |task, stepped| stepper.step(task, stepped)) }
+    }));
+    start(WAITER.start(boot, Priority::P4, |task| {
+        loop {
+            NEVER.wait(task);
+        }
+    }));
+    start(COUNTER.start(boot, Priority::P6, |task| {
+        loop {
+            task.mask(|masked| COUNT.count(masked));
+            // Something to step through with interrupts enabled.
+            black_box(0);
+        }
+    }));
+});

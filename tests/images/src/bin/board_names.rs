@@ -29,10 +29,7 @@ kernel::interrupt! {
     fn __vector_5(_interrupt) { handler() }
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|_| {
-        // SAFETY: nothing else uses the register.
-        unsafe { with_exposed_provenance_mut::<u8>(EIMSK).write_volatile(1 << 4) }
-    })
-}
+kernel::main!(|_| {
+    // SAFETY: nothing else uses the register.
+    unsafe { with_exposed_provenance_mut::<u8>(EIMSK).write_volatile(1 << 4) }
+});

@@ -18,36 +18,29 @@ static PANICKER: Stack<128> = Stack::new();
 
 board::interrupts!(Interrupts: External);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        mark(match board.reset_cause {
-            cause if cause.is_watchdog() => 2,
-            cause if cause.is_power_on() => 1,
-            _ => 4,
-        });
-        if let Some(record) = board::panic::take(boot) {
-            [record.line, record.column, record.task]
-                .map(u16::to_le_bytes)
-                .into_iter()
-                .flatten()
-                .for_each(mark);
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    mark(match board.reset_cause {
+        cause if cause.is_watchdog() => 2,
+        cause if cause.is_power_on() => 1,
+        _ => 4,
+    });
+    if let Some(record) = board::panic::take(boot) {
+        [record.line, record.column, record.task].map(u16::to_le_bytes).into_iter().flatten().for_each(mark);
+    }
+    board.external.start(Interrupts, boot.interrupt(), &PRESSED);
+    let started = PANICKER.start(boot, Priority::P4, |task| {
+        let mut values = [1, 2, 3];
+        loop {
+            PRESSED.wait(task);
+            values[black_box(3)] = 4; // panics
+            mark(values[0]);
         }
-        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
-        let started = PANICKER.start(boot, Priority::P4, |task| {
-            let mut values = [1, 2, 3];
-            loop {
-                PRESSED.wait(task);
-                values[black_box(3)] = 4; // panics
-                mark(values[0]);
-            }
-        });
-        if started.is_err() {
-            halt()
-        }
-    })
-}
+    });
+    if started.is_err() {
+        halt()
+    }
+});
 
 #[panic_handler]
 fn panic(info: &core::panic::PanicInfo) -> ! {

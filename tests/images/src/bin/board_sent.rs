@@ -44,15 +44,12 @@ fn send(mut line: Transmitter, task: &mut Task) {
     }
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = board::Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        let (transmitter, _) = board.usart0.start(Interrupts);
-        start(SENDER.start(boot, Priority::P3, |task| {
-            send(transmitter, task);
-            finish()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = board::Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    let (transmitter, _) = board.usart0.start(Interrupts);
+    start(SENDER.start(boot, Priority::P3, |task| {
+        send(transmitter, task);
+        finish()
+    }));
+});

@@ -10,7 +10,4 @@ use board::superbot::{MASTER, SLAVE};
 
 board::interrupts!(Interrupts: Tick, Usart0, Usart1, SoftUart, Twi, Adc);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| load::begin(boot, Interrupts, &SLAVE, &MASTER))
-}
+kernel::main!(|boot| load::begin(boot, Interrupts, &SLAVE, &MASTER));

@@ -65,13 +65,10 @@ fn echo(task: &mut Task, mut receiver: Receiver, mut transmitter: Transmitter) -
     }
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = board::Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        let (transmitter, receiver) = board.soft_uart.start(Interrupts, boot.interrupt());
-        start(HOLD_UP.start(boot, Priority::P7, hold_up));
-        start(ECHO.start(boot, Priority::P3, |task| echo(task, receiver, transmitter)));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = board::Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    let (transmitter, receiver) = board.soft_uart.start(Interrupts, boot.interrupt());
+    start(HOLD_UP.start(boot, Priority::P7, hold_up));
+    start(ECHO.start(boot, Priority::P3, |task| echo(task, receiver, transmitter)));
+});

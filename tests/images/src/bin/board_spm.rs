@@ -15,26 +15,23 @@ board::interrupts!(Interrupts: Tick, Eeprom, Usart0);
 static RECEIVER: Stack<128> = Stack::new();
 static WRITER: Stack<128> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        let storage = board.eeprom.start(Interrupts);
-        let (_, mut receiver) = board.usart0.start(Interrupts);
-        start(RECEIVER.start(boot, Priority::P1, move |task| {
-            let mut frame = [0; 4];
-            loop {
-                let length = receiver.wait(task, &mut frame);
-                mark(if frame.get(..length) == Some(&[0x55, 0]) { 3 } else { 0xff });
-            }
-        }));
-        start(WRITER.start(boot, Priority::P2, move |task| {
-            mark(1);
-            let written = storage.write(task, 0, &[1, 2]);
-            mark(if written.is_ok() { 2 } else { 0xff });
-            task.delay(2);
-            finish()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    let storage = board.eeprom.start(Interrupts);
+    let (_, mut receiver) = board.usart0.start(Interrupts);
+    start(RECEIVER.start(boot, Priority::P1, move |task| {
+        let mut frame = [0; 4];
+        loop {
+            let length = receiver.wait(task, &mut frame);
+            mark(if frame.get(..length) == Some(&[0x55, 0]) { 3 } else { 0xff });
+        }
+    }));
+    start(WRITER.start(boot, Priority::P2, move |task| {
+        mark(1);
+        let written = storage.write(task, 0, &[1, 2]);
+        mark(if written.is_ok() { 2 } else { 0xff });
+        task.delay(2);
+        finish()
+    }));
+});

@@ -53,16 +53,13 @@ fn exercise(task: &mut Task, pwm: JointPwm, direction: JointDirection) -> Option
     Some(())
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(TASK.start(boot, Priority::P3, |task| {
-            if exercise(task, board.joint_pwm, board.joint_direction).is_none() {
-                mark(WRONG);
-            }
-            finish()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(TASK.start(boot, Priority::P3, |task| {
+        if exercise(task, board.joint_pwm, board.joint_direction).is_none() {
+            mark(WRONG);
+        }
+        finish()
+    }));
+});

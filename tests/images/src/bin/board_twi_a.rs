@@ -11,10 +11,7 @@ use board::superbot::{MASTER, SLAVE};
 
 board::interrupts!(Interrupts: Tick, Twi);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        exchange::begin(boot, Interrupts, board.tick, board.twi, MASTER.address, SLAVE.address);
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    exchange::begin(boot, Interrupts, board.tick, board.twi, MASTER.address, SLAVE.address);
+});

@@ -79,22 +79,19 @@ fn receive(mut receiver: Receiver, task: &mut Task, base: u8) {
     IS_HEARD.post(task);
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = board::Board::take(boot) else { return };
-        board.tick.start(Interrupts); // a receiver waits for a tick at times
-        let (transmitter0, receiver0) = board.usart0.start(Interrupts);
-        let (transmitter1, receiver1) = board.usart1.start(Interrupts);
-        start(SENDER.start(boot, Priority::P3, |task| {
-            send(transmitter0, task);
-            send(transmitter1, task);
-            finish()
-        }));
-        start(RECEIVER.start(boot, Priority::P2, |task| {
-            receive(receiver0, task, 0);
-            receive(receiver1, task, 0x80);
-            finish()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = board::Board::take(boot) else { return };
+    board.tick.start(Interrupts); // a receiver waits for a tick at times
+    let (transmitter0, receiver0) = board.usart0.start(Interrupts);
+    let (transmitter1, receiver1) = board.usart1.start(Interrupts);
+    start(SENDER.start(boot, Priority::P3, |task| {
+        send(transmitter0, task);
+        send(transmitter1, task);
+        finish()
+    }));
+    start(RECEIVER.start(boot, Priority::P2, |task| {
+        receive(receiver0, task, 0);
+        receive(receiver1, task, 0x80);
+        finish()
+    }));
+});

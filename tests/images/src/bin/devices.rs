@@ -114,15 +114,12 @@ fn behave(task: &mut Task, api: Api) -> Never {
     finish()
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        if begin(boot).is_none() {
-            mark(0x7e);
-            finish();
-        }
-    })
-}
+kernel::main!(|boot| {
+    if begin(boot).is_none() {
+        mark(0x7e);
+        finish();
+    }
+});
 
 fn begin(boot: &mut Boot) -> Option<()> {
     let board = Board::take(boot)?;

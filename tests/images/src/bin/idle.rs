@@ -15,27 +15,24 @@ static PRESSED: Semaphore = Semaphore::new(0);
 static SECONDS: Stack<128> = Stack::new();
 static BUTTON: Stack<128> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
-        start(SECONDS.start(boot, Priority::P3, |task| {
-            let mut period = Period::new(task, 1000);
-            for second in 0..=60 {
-                mark(second);
-                period.wait(task);
-            }
-            finish()
-        }));
-        start(BUTTON.start(boot, Priority::P2, |task| {
-            loop {
-                PRESSED.wait(task);
-                mark(0x80 | kernel::now(task) as u8);
-                task.delay(3);
-                mark(0x7f);
-            }
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    board.external.start(Interrupts, boot.interrupt(), &PRESSED);
+    start(SECONDS.start(boot, Priority::P3, |task| {
+        let mut period = Period::new(task, 1000);
+        for second in 0..=60 {
+            mark(second);
+            period.wait(task);
+        }
+        finish()
+    }));
+    start(BUTTON.start(boot, Priority::P2, |task| {
+        loop {
+            PRESSED.wait(task);
+            mark(0x80 | kernel::now(task) as u8);
+            task.delay(3);
+            mark(0x7f);
+        }
+    }));
+});

@@ -20,28 +20,25 @@ board::interrupts!(Interrupts: External);
 #[cfg(all(feature = "atmega2560", not(feature = "qemu")))]
 core::arch::global_asm!(".pushsection .ctors, \"a\", @progbits", ".skip 0x20000", ".popsection");
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
-        start(HIGH.start(boot, Priority::P1, |task| {
-            for _ in 0..3 {
-                PRESSED.wait(task);
-                mark(2);
-            }
-            finish()
-        }));
-        start(BUSY.start(boot, Priority::P6, |_| {
-            mark(1);
-            loop {
-                let sum = (0..200u8)
-                    .fold(0, |sum: u8, value| sum.wrapping_mul(3).wrapping_add(core::hint::black_box(value)));
-                mark(if sum == EXPECTED { 3 } else { 0xff });
-            }
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.external.start(Interrupts, boot.interrupt(), &PRESSED);
+    start(HIGH.start(boot, Priority::P1, |task| {
+        for _ in 0..3 {
+            PRESSED.wait(task);
+            mark(2);
+        }
+        finish()
+    }));
+    start(BUSY.start(boot, Priority::P6, |_| {
+        mark(1);
+        loop {
+            let sum = (0..200u8)
+                .fold(0, |sum: u8, value| sum.wrapping_mul(3).wrapping_add(core::hint::black_box(value)));
+            mark(if sum == EXPECTED { 3 } else { 0xff });
+        }
+    }));
+});
 
 /// The busy task's result if no register is lost.
 const EXPECTED: u8 = {

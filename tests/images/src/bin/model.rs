@@ -28,18 +28,15 @@ static GONE: Semaphore = Semaphore::new(0);
 
 const BODIES: [fn(&mut JobContext); JOBS_IN_ALL] = [job::<0>, job::<1>, job::<2>, job::<3>];
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let arrangement = mailbox::arrangement();
-        objects::arrange(boot, &arrangement, BODIES);
-        for task in 0..usize::from(arrangement.started) {
-            start(start_task(boot, task));
-            LIVES.begin(task);
-        }
-        boot_calls(boot);
-    })
-}
+kernel::main!(|boot| {
+    let arrangement = mailbox::arrangement();
+    objects::arrange(boot, &arrangement, BODIES);
+    for task in 0..usize::from(arrangement.started) {
+        start(start_task(boot, task));
+        LIVES.begin(task);
+    }
+    boot_calls(boot);
+});
 
 /// Starts a task, with its priority from the arrangement.
 #[inline(never)]

@@ -19,29 +19,26 @@ static HIGH: Stack<96> = Stack::new();
 static LOW: Stack<96> = Stack::new();
 static WAKE: Semaphore = Semaphore::new(0);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        start(HIGH.start(boot, Priority::P1, |task| {
-            loop {
-                WAKE.wait(task);
+kernel::main!(|boot| {
+    start(HIGH.start(boot, Priority::P1, |task| {
+        loop {
+            WAKE.wait(task);
+        }
+    }));
+    start(LOW.start(boot, Priority::P3, |task| {
+        mark(BEGIN);
+        let mut state = 1_u16;
+        for _ in 0..ROUNDS {
+            for _ in 0..8 {
+                // Xorshift.
+                state ^= state << 7;
+                state ^= state >> 9;
+                state ^= state << 8;
             }
-        }));
-        start(LOW.start(boot, Priority::P3, |task| {
-            mark(BEGIN);
-            let mut state = 1_u16;
-            for _ in 0..ROUNDS {
-                for _ in 0..8 {
-                    // Xorshift.
-                    state ^= state << 7;
-                    state ^= state >> 9;
-                    state ^= state << 8;
-                }
-                black_box(state);
-                WAKE.post(task);
-            }
-            mark(END);
-            finish()
-        }));
-    })
-}
+            black_box(state);
+            WAKE.post(task);
+        }
+        mark(END);
+        finish()
+    }));
+});

@@ -14,21 +14,18 @@ board::interrupts!(Interrupts: Tick, External);
 static PRESSED: Semaphore = Semaphore::new(0);
 static BUTTON: Stack<128> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
-        start(BUTTON.start(boot, Priority::P2, |task| {
-            loop {
-                PRESSED.wait(task);
-                mark(kernel::now(task) as u8 & 0x7f);
-                task.delay(3);
-                mark(0x80);
-                task.delay(3);
-                mark(0x81);
-            }
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    board.external.start(Interrupts, boot.interrupt(), &PRESSED);
+    start(BUTTON.start(boot, Priority::P2, |task| {
+        loop {
+            PRESSED.wait(task);
+            mark(kernel::now(task) as u8 & 0x7f);
+            task.delay(3);
+            mark(0x80);
+            task.delay(3);
+            mark(0x81);
+        }
+    }));
+});

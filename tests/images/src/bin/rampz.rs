@@ -20,29 +20,26 @@ const PAGES: u8 = if cfg!(feature = "atmega2560") { 4 } else { 2 };
 
 board::interrupts!(Interrupts: External);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.external.start(Interrupts, boot.interrupt(), &PRESSED);
-        start(HIGH.start(boot, Priority::P1, |task| {
-            loop {
-                PRESSED.wait(task);
-                set_rampz(PAGES - 1 - rampz());
-                mark(2);
-            }
-        }));
-        start(BUSY.start(boot, Priority::P6, |_| {
-            for page in 0..PAGES {
-                set_rampz(page);
-                mark(1); // -> 2 in the higher task
-                (0..100_u8).for_each(|count| _ = black_box(count));
-                mark(0x10 + rampz());
-            }
-            finish()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.external.start(Interrupts, boot.interrupt(), &PRESSED);
+    start(HIGH.start(boot, Priority::P1, |task| {
+        loop {
+            PRESSED.wait(task);
+            set_rampz(PAGES - 1 - rampz());
+            mark(2);
+        }
+    }));
+    start(BUSY.start(boot, Priority::P6, |_| {
+        for page in 0..PAGES {
+            set_rampz(page);
+            mark(1); // -> 2 in the higher task
+            (0..100_u8).for_each(|count| _ = black_box(count));
+            mark(0x10 + rampz());
+        }
+        finish()
+    }));
+});
 
 fn rampz() -> u8 {
     let value;

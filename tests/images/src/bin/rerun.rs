@@ -16,23 +16,21 @@ static AGAIN: Stack<96> = Stack::new();
 static OTHER: Stack<96> = Stack::new();
 static SIGNAL: Semaphore = Semaphore::new(0);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
+kernel::main!(|boot| {
     mark(1);
-    kernel::run(|boot| {
-        start(AGAIN.start(boot, Priority::P5, |task| {
-            mark(2);
+    start(AGAIN.start(boot, Priority::P5, |task| {
+        mark(2);
+        SIGNAL.post(task);
+        // SAFETY: a second call replaces no stack.
+        unsafe { kernel::run(|_| mark(WRONG)) }
+    }));
+    start(OTHER.start(boot, Priority::P2, |task| {
+        for number in 3..6 {
+            SIGNAL.wait(task);
+            task.delay(1); // a tick preempts the task that goes no further
+            mark(number);
             SIGNAL.post(task);
-            kernel::run(|_| mark(WRONG))
-        }));
-        start(OTHER.start(boot, Priority::P2, |task| {
-            for number in 3..6 {
-                SIGNAL.wait(task);
-                task.delay(1); // a tick preempts the task that goes no further
-                mark(number);
-                SIGNAL.post(task);
-            }
-            finish()
-        }));
-    })
-}
+        }
+        finish()
+    }));
+});

@@ -12,31 +12,28 @@ static WAITERS: [Stack<96>; 4] = [const { Stack::new() }; 4];
 static NEVER: Semaphore = Semaphore::new(0);
 static LAST: Stack<96> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot: &mut Boot| {
-        let tasks = [(Priority::P3, 0x31), (Priority::P1, 0x10), (Priority::P3, 0x32), (Priority::P2, 0x20)];
-        for (stack, (priority, number)) in WAITERS.iter().zip(tasks) {
-            start(stack.start(boot, priority, move |task| {
-                GATE.wait(task);
-                mark(number);
-                loop {
-                    NEVER.wait(task);
-                }
-            }));
-        }
-        start(LAST.start(boot, Priority::P7, |task| {
-            for _ in 0..4 {
-                GATE.post(task); // -> 10, 20, 31, 32
+kernel::main!(|boot: &mut Boot| {
+    let tasks = [(Priority::P3, 0x31), (Priority::P1, 0x10), (Priority::P3, 0x32), (Priority::P2, 0x20)];
+    for (stack, (priority, number)) in WAITERS.iter().zip(tasks) {
+        start(stack.start(boot, priority, move |task| {
+            GATE.wait(task);
+            mark(number);
+            loop {
+                NEVER.wait(task);
             }
-            mark(1);
-            STORE.post(task);
-            for _ in 0..3 {
-                STORE.wait(task);
-                mark(2);
-            }
-            mark(if STORE.try_wait(task) { 0xff } else { 3 });
-            finish()
         }));
-    })
-}
+    }
+    start(LAST.start(boot, Priority::P7, |task| {
+        for _ in 0..4 {
+            GATE.post(task); // -> 10, 20, 31, 32
+        }
+        mark(1);
+        STORE.post(task);
+        for _ in 0..3 {
+            STORE.wait(task);
+            mark(2);
+        }
+        mark(if STORE.try_wait(task) { 0xff } else { 3 });
+        finish()
+    }));
+});

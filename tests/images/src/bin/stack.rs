@@ -22,32 +22,29 @@ static DEEP: Stack<{ if cfg!(target_feature = "eijmpcall") { 79 } else { 75 } }>
 static WATCHER: Stack<128> = Stack::new();
 static NEVER: Stack<64> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(DEEP.start(boot, Priority::P5, |task| {
-            work(task, 2);
-            deep(task);
-            deeper(task);
-            finish()
-        }));
-        start(WATCHER.start(boot, Priority::P0, |task| {
-            mark(if NEVER.task().unused_stack(task).is_none() { 0 } else { 0xff });
-            loop {
-                for watched in [&DEEP.task(), &WATCHER.task()] {
-                    mark(watched.unused_stack(task).map_or(0xff, |bytes| bytes as u8));
-                }
-                if !DEEP.task().is_intact(task) {
-                    mark(OVERRUN);
-                    finish()
-                }
-                task.delay(1);
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(DEEP.start(boot, Priority::P5, |task| {
+        work(task, 2);
+        deep(task);
+        deeper(task);
+        finish()
+    }));
+    start(WATCHER.start(boot, Priority::P0, |task| {
+        mark(if NEVER.task().unused_stack(task).is_none() { 0 } else { 0xff });
+        loop {
+            for watched in [&DEEP.task(), &WATCHER.task()] {
+                mark(watched.unused_stack(task).map_or(0xff, |bytes| bytes as u8));
             }
-        }));
-    })
-}
+            if !DEEP.task().is_intact(task) {
+                mark(OVERRUN);
+                finish()
+            }
+            task.delay(1);
+        }
+    }));
+});
 
 #[inline(never)]
 fn deep(task: &mut Task) {

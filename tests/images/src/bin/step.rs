@@ -52,50 +52,47 @@ static WAKE: Semaphore = Semaphore::new(0);
 static TOTAL: Mutex<u16> = Mutex::new(Priority::P4, 0);
 static ROUNDS: MaskedCell<u16> = MaskedCell::new(0);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = board::Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        board.external.start(Interrupts, boot, &BUTTON);
-        let mut stepper = board.trap.start(Interrupts);
-        start(TICKED.start(boot, Priority::P0, |task| {
-            let mut period = Period::new(task, 1);
-            loop {
-                period.wait(task);
-                mark(TICK);
+kernel::main!(|boot| {
+    let Some(board) = board::Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    board.external.start(Interrupts, boot, &BUTTON);
+    let mut stepper = board.trap.start(Interrupts);
+    start(TICKED.start(boot, Priority::P0, |task| {
+        let mut period = Period::new(task, 1);
+        loop {
+            period.wait(task);
+            mark(TICK);
+        }
+    }));
+    start(PRESSEE.start(boot, Priority::P1, |task| {
+        loop {
+            BUTTON.wait(task);
+            mark(PRESSED);
+        }
+    }));
+    start(DIRECTOR.start(boot, Priority::P3, move |task| {
+        step_worker(task, &mut stepper);
+        step_walker(task, &mut stepper);
+        finish()
+    }));
+    start(WOKEN_ONE.start(boot, Priority::P2, |task| {
+        loop {
+            WAKE.wait(task);
+            mark(WOKEN);
+        }
+    }));
+    start(WORKER.start(boot, Priority::P5, |task| {
+        loop {
+            mark(ROUND);
+            if mixture() != MIXTURE {
+                mark(WRONG);
             }
-        }));
-        start(PRESSEE.start(boot, Priority::P1, |task| {
-            loop {
-                BUTTON.wait(task);
-                mark(PRESSED);
-            }
-        }));
-        start(DIRECTOR.start(boot, Priority::P3, move |task| {
-            step_worker(task, &mut stepper);
-            step_walker(task, &mut stepper);
-            finish()
-        }));
-        start(WOKEN_ONE.start(boot, Priority::P2, |task| {
-            loop {
-                WAKE.wait(task);
-                mark(WOKEN);
-            }
-        }));
-        start(WORKER.start(boot, Priority::P5, |task| {
-            loop {
-                mark(ROUND);
-                if mixture() != MIXTURE {
-                    mark(WRONG);
-                }
-                // A critical section here, and one in a call.
-                task.mask(|masked| ROUNDS.count(masked));
-                GATE.try_wait(task);
-            }
-        }));
-    })
-}
+            // A critical section here, and one in a call.
+            task.mask(|masked| ROUNDS.count(masked));
+            GATE.try_wait(task);
+        }
+    }));
+});
 
 /// Steps a task that was preempted at any place.
 fn step_worker(task: &mut Task, stepper: &mut Stepper) {

@@ -19,25 +19,22 @@ static BUTTON: Semaphore = Semaphore::new(0);
 static WORKER: Stack<128> = Stack::new();
 static DIRECTOR: Stack<192> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(Board { trap, external, .. }) = Board::take(boot) else { return };
-        let mut stepper = trap.start(Interrupts);
-        start(WORKER.start(boot, Priority::P5, move |task| {
-            external.start(Interrupts, task, &BUTTON);
-            BUTTON.wait(task);
-            mark(PRESSED);
-            finish()
-        }));
-        start(DIRECTOR.start(boot, Priority::P2, move |task| {
-            let worker = WORKER.task();
-            if worker.suspend(task).is_err() {
-                mark(WRONG);
-            }
-            while stepper.step(task, worker).is_ok() {}
-            worker.resume(task);
-            mark(WAITS);
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(Board { trap, external, .. }) = Board::take(boot) else { return };
+    let mut stepper = trap.start(Interrupts);
+    start(WORKER.start(boot, Priority::P5, move |task| {
+        external.start(Interrupts, task, &BUTTON);
+        BUTTON.wait(task);
+        mark(PRESSED);
+        finish()
+    }));
+    start(DIRECTOR.start(boot, Priority::P2, move |task| {
+        let worker = WORKER.task();
+        if worker.suspend(task).is_err() {
+            mark(WRONG);
+        }
+        while stepper.step(task, worker).is_ok() {}
+        worker.resume(task);
+        mark(WAITS);
+    }));
+});

@@ -36,17 +36,14 @@ static ANSWERS: [Semaphore; 3] = [const { Semaphore::new(0) }; 3];
 static RANDOM: MaskedCell<u16> = MaskedCell::new(1);
 static HAS_WINDOW: MaskedCell<bool> = MaskedCell::new(false);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
+kernel::main!(|boot| {
     mark(BOOTED);
-    kernel::run(|boot| {
-        start(ALARMED.start(boot, Priority::P2, arm));
-        for ((stack, answer), ticks) in WAITING.iter().zip(&ANSWERS).zip(2..) {
-            start(stack.start(boot, Priority::P4, move |task| wait(task, answer, ticks)));
-        }
-        start(BUSY.start(boot, Priority::P6, |_| add_up()));
-    })
-}
+    start(ALARMED.start(boot, Priority::P2, arm));
+    for ((stack, answer), ticks) in WAITING.iter().zip(&ANSWERS).zip(2..) {
+        start(stack.start(boot, Priority::P4, move |task| wait(task, answer, ticks)));
+    }
+    start(BUSY.start(boot, Priority::P6, |_| add_up()));
+});
 
 /// Arms timers for adjacent ticks.
 fn arm(task: &mut Task) -> Never {

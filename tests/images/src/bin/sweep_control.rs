@@ -33,10 +33,7 @@ const PEER: TaskHandle = stack::PEER.task();
 const MIDDLE: TaskHandle = stack::MIDDLE.task();
 const GUEST: TaskHandle = stack::GUEST.task();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| sweep::start_all(boot, director, middle, twin, low))
-}
+kernel::main!(|boot| sweep::start_all(boot, director, middle, twin, low));
 
 fn director(task: &mut Task) {
     // The wait of a suspended task ends.

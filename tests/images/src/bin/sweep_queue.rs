@@ -18,10 +18,7 @@ kernel::pool!(Letter, 3);
 static LETTERS: Queue<Letter> = Queue::new(2);
 static PIPE: Pipe<2> = Pipe::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| sweep::start_all(boot, director, middle, |_, _| {}, low))
-}
+kernel::main!(|boot| sweep::start_all(boot, director, middle, |_, _| {}, low));
 
 fn director(task: &mut Task) {
     path(task, 0, |task| {

@@ -14,10 +14,7 @@ board::external_interrupt!(interrupt => sweep::external(interrupt));
 static GATE: Semaphore = Semaphore::new(0);
 static LAMPS: EventFlags = EventFlags::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| sweep::start_all(boot, director, middle, twin, low))
-}
+kernel::main!(|boot| sweep::start_all(boot, director, middle, twin, low));
 
 fn director(task: &mut Task) {
     path(task, 0, |task| {

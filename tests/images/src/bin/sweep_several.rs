@@ -43,10 +43,7 @@ fn kill(job: &mut JobContext) {
     mark(if stack::GUEST.task().kill(job) == Err(Refused::Busy) { 0x14 } else { WRONG });
 }
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| sweep::start_all(boot, director, middle, twin, low))
-}
+kernel::main!(|boot| sweep::start_all(boot, director, middle, twin, low));
 
 fn director(task: &mut Task) {
     path(task, 0, |task| {

@@ -17,13 +17,10 @@ board::external_interrupt!(interrupt => sweep::external(interrupt));
 static TIMER: Timer = Timer::new();
 static DONE: Semaphore = Semaphore::new(0);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        sweep::start_all(boot, director, middle, twin, low);
-        sweep::open_at_boot(boot, 0);
-    })
-}
+kernel::main!(|boot| {
+    sweep::start_all(boot, director, middle, twin, low);
+    sweep::open_at_boot(boot, 0);
+});
 
 fn director(task: &mut Task) {
     // The start: each task's first instructions, up to its first wait.

@@ -15,10 +15,7 @@ static SECOND: Timer = Timer::new();
 static THIRD: Timer = Timer::new();
 static DONE: Semaphore = Semaphore::new(0);
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| sweep::start_all(boot, director, middle, errand, errand))
-}
+kernel::main!(|boot| sweep::start_all(boot, director, middle, errand, errand));
 
 fn director(task: &mut Task) {
     path(task, 0, |task| {

@@ -22,18 +22,15 @@ const ROUNDS: u16 = 6_000;
 
 static TASK: Stack<96> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        start(TASK.start(boot, Priority::P1, |task| {
-            for _ in 0..ROUNDS {
-                mark(BY_VECTOR);
-                mark(BY_FUNCTION);
-                // SAFETY: nothing else drives the tick here, and the test sets its time anew.
-                let is_due = task.mask(|masked| unsafe { kernel::count_tick(masked) });
-                mark(COUNTED + u8::from(is_due));
-            }
-            finish()
-        }));
-    })
-}
+kernel::main!(|boot| {
+    start(TASK.start(boot, Priority::P1, |task| {
+        for _ in 0..ROUNDS {
+            mark(BY_VECTOR);
+            mark(BY_FUNCTION);
+            // SAFETY: nothing else drives the tick here, and the test sets its time anew.
+            let is_due = task.mask(|masked| unsafe { kernel::count_tick(masked) });
+            mark(COUNTED + u8::from(is_due));
+        }
+        finish()
+    }));
+});

@@ -21,39 +21,36 @@ static FIRST: Stack<208> = Stack::new();
 static SECOND: Stack<128> = Stack::new();
 static LAST: Stack<128> = Stack::new();
 
-#[unsafe(no_mangle)]
-extern "C" fn main() -> ! {
-    kernel::run(|boot| {
-        let Some(board) = Board::take(boot) else { return };
-        board.tick.start(Interrupts);
-        start(FIRST.start(boot, Priority::P1, |task| {
-            SIGNAL.wait(task);
-            task.wait_any([&SIGNAL, &OTHER]);
-            let _ = SIGNAL.wait_timeout(task, 5); // in vain
-            READINGS.receive(task);
-            task.delay(3);
-            finish()
-        }));
-        start(SECOND.start(boot, Priority::P2, |task| {
-            SIGNAL.wait(task); // after the first task
-            loop {
-                NEVER.wait(task);
-            }
-        }));
-        start(LAST.start(boot, Priority::P5, |task| {
-            SIGNAL.post(task);
-            OTHER.post(task);
-            task.delay(10);
-            if let Ok(message) = Message::new(task, Reading) {
-                let _ = READINGS.send(task, message);
-            }
-            let second = SECOND.task();
-            let _ = second.suspend(task);
-            SIGNAL.post(task); // without the suspension it would be ready
-            second.resume(task);
-            loop {
-                task.yield_now();
-            }
-        }));
-    })
-}
+kernel::main!(|boot| {
+    let Some(board) = Board::take(boot) else { return };
+    board.tick.start(Interrupts);
+    start(FIRST.start(boot, Priority::P1, |task| {
+        SIGNAL.wait(task);
+        task.wait_any([&SIGNAL, &OTHER]);
+        let _ = SIGNAL.wait_timeout(task, 5); // in vain
+        READINGS.receive(task);
+        task.delay(3);
+        finish()
+    }));
+    start(SECOND.start(boot, Priority::P2, |task| {
+        SIGNAL.wait(task); // after the first task
+        loop {
+            NEVER.wait(task);
+        }
+    }));
+    start(LAST.start(boot, Priority::P5, |task| {
+        SIGNAL.post(task);
+        OTHER.post(task);
+        task.delay(10);
+        if let Ok(message) = Message::new(task, Reading) {
+            let _ = READINGS.send(task, message);
+        }
+        let second = SECOND.task();
+        let _ = second.suspend(task);
+        SIGNAL.post(task); // without the suspension it would be ready
+        second.resume(task);
+        loop {
+            task.yield_now();
+        }
+    }));
+});
