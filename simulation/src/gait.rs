@@ -24,7 +24,7 @@ use tasks::dock::{Dock, DockSet};
 
 use crate::native::devices::value;
 use crate::orders::Orders;
-use crate::reach::{concerned, hops, ways};
+use crate::reach::{Way, concerned, led_by, shortest_ways, ways};
 use crate::robot::Robot;
 use crate::trace_event::TraceEvent;
 use crate::walker::{DISCOVERY, HOP, Tally, Violation, Walker, Wrong};
@@ -200,22 +200,21 @@ impl Gait {
             let shall_stop = self.orders.gait(module).is_none() && self.wiring.has_power(module);
             *halted = shall_stop.then_some(until);
         }
-        let hops = hops(&self.wiring, &self.orders);
         let led = before.iter().flatten().filter(|walker| walker.hops == 0).map(|walker| walker.module);
-        let leads_no_more: Vec<usize> = led.filter(|&module| hops[module] != Some(0)).collect();
-        let choose = self.choose_ways(&leads_no_more, now);
-        for (module, hops) in hops.into_iter().enumerate() {
-            let (Some(hops), Some(gait)) = (hops, self.orders.gait(module)) else { continue };
+        let leads = |module: &usize| led_by(&self.wiring, &self.orders, *module) == Some(1);
+        let leads_no_more: Vec<usize> = led.filter(|module| !leads(module)).collect();
+        let ways = self.choose_ways(&leads_no_more, now);
+        for (module, way) in ways.into_iter().enumerate() {
+            let (Some(way), Some(gait)) = (way, self.orders.gait(module)) else { continue };
             let neighbours = self.wiring.neighbours(module);
             let known = before[module].take();
             let is_new = known.is_none();
             let mut walker = match known {
-                Some(walker) => walker.changed(&neighbours, gait, hops),
-                None => Walker::new(module, &neighbours, gait, hops),
+                Some(walker) => walker.changed(&neighbours, gait, way.hops),
+                None => Walker::new(module, &neighbours, gait, way.hops),
             };
             if is_new || disturbed[module] {
-                walker.may_choose |= choose[module];
-                walker.disturbed(now, self.tries);
+                walker.disturbed(way.choices, now, self.tries);
             }
             self.walker_of[module] = Some(self.walkers.len());
             self.walkers.push(walker);
@@ -228,16 +227,24 @@ impl Gait {
         }
     }
 
-    /// By module, whether it may have to follow hormones that come another way than before: by another dock,
-    /// or by way of a module to which they do. At power-up it follows none. One that led may beat once more
-    /// where it is now, until it finds out, and its neighbours may follow that for a while.
-    fn choose_ways(&mut self, leads_no_more: &[usize], now: u64) -> Vec<bool> {
+    /// The ways of hormones to all modules. A module has a choice if it may have to follow hormones that come
+    /// by another dock than before. At power-up it follows none. One that led may beat once more where it is
+    /// now, until it finds out, and its neighbours may follow that for a while.
+    fn choose_ways(&mut self, leads_no_more: &[usize], now: u64) -> Vec<Option<Way>> {
         let before = replace(&mut self.ways, ways(&self.wiring, &self.orders));
-        let has_choice =
-            |module: &usize| now > 0 && before[*module].union(self.ways[*module]).iter().count() > 1;
-        let mut choosing: Vec<usize> = (0..before.len()).filter(has_choice).collect();
-        choosing.extend(leads_no_more.iter().flat_map(|&module| self.wiring.peers(module)));
-        concerned(&self.wiring, &self.orders, &choosing)
+        let union = before.iter().zip(&self.ways).map(|(before, since)| before.union(*since));
+        let mut has_choice: Vec<bool> = union.map(|docks| now > 0 && docks.iter().count() > 1).collect();
+        for peer in leads_no_more.iter().flat_map(|&module| self.wiring.peers(module)) {
+            has_choice[peer] = true;
+        }
+        let mut ways = shortest_ways(&self.wiring, &self.orders, &has_choice);
+        let choosing: Vec<usize> = (0..has_choice.len()).filter(|&module| has_choice[module]).collect();
+        let is_behind = concerned(&self.wiring, &self.orders, &choosing);
+        for (way, is_behind) in ways.iter_mut().zip(is_behind) {
+            // Hormones may come by a longer way first.
+            way.iter_mut().for_each(|way| way.choices = way.choices.max(is_behind.into()));
+        }
+        ways
     }
 
     /// The robot lies turned about its long axis from now on.

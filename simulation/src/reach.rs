@@ -9,22 +9,37 @@ use crate::leader::{acting, leads};
 use crate::orders::Orders;
 use crate::wiring::{Face, Wiring};
 
-/// How many hops hormones take to each module from the nearest one that leads; `None` where none can come.
-/// Chance decides which module leads a ring, so each counts as the last one behind the leader.
-pub fn hops(wiring: &Wiring, orders: &Orders) -> Vec<Option<u64>> {
-    let mut hops = vec![None; wiring.modules()];
-    let mut next: VecDeque<(usize, u64)> = VecDeque::new();
+/// The way of hormones to a module, from the nearest one that leads.
+#[derive(Clone, Copy)]
+pub struct Way {
+    pub hops: u64,
+    /// How many of the modules on it, the last one among them, have a choice.
+    pub choices: u64,
+}
+
+/// The way of hormones to each module; `None` where none can come. Chance decides which module leads a ring,
+/// so each counts as the last one behind the leader. These modules have a choice.
+pub fn shortest_ways(wiring: &Wiring, orders: &Orders, has_choice: &[bool]) -> Vec<Option<Way>> {
+    let mut ways = vec![None; wiring.modules()];
+    let mut next: VecDeque<(usize, Way)> = VecDeque::new();
     for module in 0..wiring.modules() {
-        let size = orders.gait(module).and_then(|gait| leads(wiring, module, gait.leader));
-        next.extend(size.map(|size| (module, size - 1)));
+        let size = led_by(wiring, orders, module);
+        next.extend(size.map(|size| (module, Way { hops: size - 1, choices: 0 })));
     }
-    while let Some((module, distance)) = next.pop_front() {
-        if hops[module].is_none() {
-            hops[module] = Some(distance);
-            next.extend(behind(wiring, orders, module).map(|peer| (peer, distance + 1)));
+    while let Some((module, Way { hops, mut choices })) = next.pop_front() {
+        if ways[module].is_none() {
+            choices += u64::from(has_choice[module]);
+            ways[module] = Some(Way { hops, choices });
+            let onward = Way { hops: hops + 1, choices };
+            next.extend(behind(wiring, orders, module).map(|peer| (peer, onward)));
         }
     }
-    hops
+    ways
+}
+
+/// Among how many modules this one may be the leader by its order, as [`leads`] has it.
+pub fn led_by(wiring: &Wiring, orders: &Orders, module: usize) -> Option<u64> {
+    orders.gait(module).and_then(|gait| leads(wiring, module, gait.leader))
 }
 
 /// By module, whether it is one of `touched`, or gets hormones by way of one of them.
@@ -41,9 +56,7 @@ pub fn concerned(wiring: &Wiring, orders: &Orders, touched: &[usize]) -> Vec<boo
 
 /// By module, the docks by which hormones come to it by the rules.
 pub fn ways(wiring: &Wiring, orders: &Orders) -> Vec<DockSet> {
-    let gait = |module: usize| orders.gait(module);
-    let is_leader =
-        |module: usize| gait(module).is_some_and(|gait| leads(wiring, module, gait.leader).is_some());
+    let is_leader = |module: usize| led_by(wiring, orders, module).is_some();
     let leaders: Vec<bool> = (0..wiring.modules()).map(is_leader).collect();
     let mut ways = vec![DockSet::EMPTY; wiring.modules()];
     let of_leader = |module: usize| leaders[module].then_some((module, None));

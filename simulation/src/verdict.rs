@@ -71,8 +71,8 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
         && let Some((unjudged, until)) = observer.gait.unjudged(robot.now())
     {
         faults.push(format!(
-            "{unjudged} modules are so far from the leader that they were not judged: run for more than \
-             {:.1} s",
+            "{unjudged} modules were not judged, because they still had time to come right: run for more \
+             than {:.1} s",
             seconds(until)
         ));
     }

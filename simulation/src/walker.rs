@@ -28,7 +28,8 @@ pub const HOP: u64 = 5 * MILLISECOND;
 const ELECTION: u64 = 5_000 * MILLISECOND;
 
 /// How many beats pass at most until a module follows hormones that come another way than before: the module
-/// before it makes good the beats of a leader that is gone, and then some are silent.
+/// before it makes good the beats of a leader that is gone, and then some are silent. Until then those behind
+/// have no choice, so modules choose in turn.
 const CHOICE: u64 = MOST_MISSED as u64 + SILENT as u64;
 
 /// Changes that come before a module is right again give it more time: in all, so many times the longest that
@@ -119,8 +120,9 @@ pub struct Walker {
     pub acts: bool,
     /// Hops from the leader.
     pub hops: u64,
-    /// Whether it may have to follow hormones that come another way than when it was last right.
-    pub may_choose: bool,
+    /// How many modules on the way of its hormones, itself among them, may have to follow hormones that come
+    /// another way than before.
+    choices: u64,
     /// The other leg of its branch, by its place among the walkers.
     pub other: Option<usize>,
     /// The last change that concerned it.
@@ -160,7 +162,7 @@ impl Walker {
             source: None,
             acts: rules().next().is_some(),
             hops,
-            may_choose: false,
+            choices: 0,
             other: None,
             disturbed_at: 0,
             unsettled: None,
@@ -182,8 +184,7 @@ impl Walker {
         let is_same = changed.senses.iter().map(|sensed| sensed.sense).eq(self.senses());
         let Walker { module_type, connected, acts, senses, .. } = changed;
         let senses = if is_same { self.senses } else { senses };
-        let may_choose = self.may_choose && self.unsettled.is_some();
-        Walker { module_type, connected, gait, acts, hops, may_choose, senses, ..self }
+        Walker { module_type, connected, gait, acts, hops, senses, ..self }
     }
 
     pub fn is_leg(&self) -> bool {
@@ -206,13 +207,16 @@ impl Walker {
     /// How long it may take to be right after a change, where a frame and its ACK take so many tries.
     fn patience(&self, tries: f64) -> u64 {
         let election = if self.gait.leader == Leader::Elected { ELECTION } else { 0 };
-        let choice = if self.may_choose { CHOICE * self.beat() } else { 0 };
+        let choice = self.choices * CHOICE * self.beat();
         self.period() + choice + ((DISCOVERY + election + self.hops * HOP) as f64 * tries) as u64
     }
 
-    /// A change that concerns it has happened.
-    pub fn disturbed(&mut self, now: u64, tries: f64) {
-        self.has_settled |= 0 < now && self.settled_at <= now;
+    /// A change that concerns it has happened, after which so many modules may have to choose another way.
+    /// Those of a change before may not have chosen yet, even if this module has done what is right since.
+    pub fn disturbed(&mut self, choices: u64, now: u64, tries: f64) {
+        let is_settled = self.settled_at <= now;
+        self.has_settled |= 0 < now && is_settled;
+        self.choices = if is_settled { choices } else { choices.max(self.choices) };
         let patience = self.patience(tries);
         let (since, longest) = self.unsettled.unwrap_or((now, 0));
         let longest = longest.max(patience);
@@ -448,7 +452,7 @@ mod tests {
         let mut neighbours = [None; 6];
         neighbours[usize::from(Dock::Front.index())] = Some(Dock::Back);
         let (mut tail, mut tally) = (Walker::new(1, &neighbours, GAIT, 1), Tally::default());
-        tail.disturbed(0, 1.0);
+        tail.disturbed(0, 0, 1.0);
         for beat in 0..20 {
             let at = beat * 200 * MILLISECOND;
             let data = if beat % 2 == 0 { A } else { B };

@@ -1,15 +1,18 @@
 //! Random robots go through random timelines: the judges find no fault with modules that do what they should.
 
-use simulation::{Face, MILLISECOND, Native, Random, Run, Scenario, Wiring, faults};
+use simulation::{Face, MILLISECOND, Native, Random, Robot, Run, Scenario, Wiring, faults};
 use tasks::dock::Dock;
 
 const SECOND: u64 = 1000 * MILLISECOND;
 
-/// The faults of the robot in a file after so many seconds.
+/// The faults of the robot in a file after so many seconds, and once all modules have been judged.
 fn verdict(file: &str, seed: u64, seconds: u64) -> Vec<String> {
     let Scenario { wiring, timeline, .. } = Scenario::from_toml(file).expect("the file is right");
     let mut run = Run::new(Native::new(wiring, seed, 40 * MILLISECOND), timeline, SECOND);
     while run.step(seconds * SECOND).unwrap_or(true) {}
+    if let Some((_, until)) = run.observer.gait.unjudged(run.robot.now()) {
+        while run.step(until).unwrap_or(true) {}
+    }
     // A robot that docks by itself may have no room for an event.
     run.impossible.clear();
     faults(&run, true)
@@ -195,6 +198,57 @@ fn a_loop_that_cuts_off_the_head_gives_way_to_it() {
         ),
     ] {
         expect_no_fault(&format!("shape = \"centipede\"\nmodules = {modules}"), events, seed, 40);
+    }
+}
+
+/// Modules that have a choice decide one after the other. In the first robot each of them makes good the
+/// beats of the dead leader. In the others a module follows a new way once the one before it does.
+#[test]
+fn modules_choose_another_way_in_turn() {
+    for (robot, events, seed) in [
+        (
+            "modules = 10\ndocks = [[\"0.Front\", \"4.Back\"], [\"0.Right\", \"1.Front\"], \
+             [\"0.Down\", \"3.Back\"], [\"1.Left\", \"2.Back\"], [\"2.Down\", \"8.Front\"], \
+             [\"3.Front\", \"9.Back\"], [\"3.Right\", \"5.Front\"], [\"4.Left\", \"6.Back\"], \
+             [\"6.Front\", \"7.Back\"], [\"8.Right\", \"9.Right\"]]",
+            "at = 11.274\nnoise = 0.03\n[[event]]\nat = 15.632\nswap = [4, 1]\n\
+             [[event]]\nat = 15.637\nkill = 9",
+            59354,
+        ),
+        ("shape = \"cross\"\nmodules = 19", "at = 1.345\nswap = [15, 17]", 63942),
+        ("shape = \"cross\"\nmodules = 14", "at = 7.075\nattach = [\"3.Down\", \"13.Front\"]", 65316),
+        (
+            "modules = 6\ndocks = [[\"0.Front\", \"3.Back\"], [\"0.Back\", \"1.Back\"], \
+             [\"1.Up\", \"2.Back\"], [\"2.Front\", \"4.Front\"], [\"4.Left\", \"5.Front\"]]",
+            "at = 2.333\nswap = [2, 5]\n[[event]]\nat = 11.321\nswap = [4, 5]\n\
+             [[event]]\nat = 13.761\nattach = [\"0.Up\", \"1.Right\"]\n\
+             [[event]]\nat = 13.766\nswap = [4, 0]\n[[event]]\nat = 17.255\nnoise = 0.01",
+            63997,
+        ),
+    ] {
+        expect_no_fault(robot, events, seed, 30);
+    }
+}
+
+/// Between two changes it may do by the old way what is right by the new one.
+#[test]
+fn a_further_change_leaves_a_module_the_time_to_choose() {
+    for (robot, events, seed) in [
+        (
+            "shape = \"cross\"\nmodules = 16",
+            "at = 5.505\nkill = 0\n[[event]]\nat = 5.553\ndetach = \"2.Back\"\n\
+             [[event]]\nat = 5.602\ncommand = [0xd5, 123, 255]\nto = \"14.Down\"",
+            63305,
+        ),
+        (
+            "modules = 6\ndocks = [[\"0.Back\", \"1.Front\"], [\"0.Right\", \"5.Right\"], \
+             [\"1.Back\", \"2.Back\"], [\"1.Right\", \"4.Back\"], [\"2.Left\", \"3.Back\"], \
+             [\"4.Up\", \"5.Front\"]]",
+            "at = 3.501\ndetach = \"0.Right\"\n[[event]]\nat = 3.541\nkill = 2",
+            64615,
+        ),
+    ] {
+        expect_no_fault(robot, events, seed, 20);
     }
 }
 
