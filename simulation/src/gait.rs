@@ -163,8 +163,7 @@ impl Gait {
     /// Lets robots walk on that say that they already do, if they may. Returns the modules that this
     /// concerns, and until when.
     pub fn listen(&mut self, robot: &impl Robot) -> Vec<(usize, u64)> {
-        let gait = |module: usize| robot.status(module).map(|status| status.gait);
-        let touched = self.orders.choose(&self.wiring, robot.now(), gait);
+        let touched = self.orders.choose(&self.wiring, robot.now(), |module| robot.status(module));
         if touched.is_empty() { Vec::new() } else { self.touched(&touched, robot.now()) }
     }
 

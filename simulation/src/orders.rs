@@ -6,9 +6,11 @@ mod doubts;
 
 use std::ops::Range;
 
+use hormone::action::Action;
 use hormone::gait::{Gait, GaitName, Once};
 use hormone::period::Period;
 use hormone::standing::{STOP, Standing};
+use hormone::status::Status;
 
 use crate::hardware::MILLISECOND;
 use crate::leader::{acting, leads};
@@ -91,12 +93,19 @@ impl Orders {
         let gait = gait.map_or(STOP, |name| name as u8);
         let Some(standing) = self.of[module].standing.next(gait, period) else { return Vec::new() };
         self.given += 1;
-        // One that starts over hears it once it runs.
-        self.restarting.retain(|&(other, _)| other != module);
         let order = Order { number: self.given, standing };
+        let stood = self.newest(&hearing(wiring, module)).unwrap_or(self.of[module]);
         let apart = self.doubts.given(&self.of, wiring, (module, order), now);
+        let mut known = self.doubts.known(module);
+        // One that starts over hears it once it runs, and may have heard of the order of its body by then.
+        known.extend(self.restarting.extract_if(.., |&mut (other, _)| other == module).map(|_| stood));
         let before = std::mem::replace(&mut self.of[module], order);
         let mut changed = self.spread(wiring);
+        for known in known {
+            let Some(standing) = known.standing.next(gait, period) else { continue };
+            let instead = stood.newer(Order { standing, ..order });
+            self.doubts.open(module, self.of[module], vec![instead; self.of.len()].into(), now);
+        }
         changed.extend((!before.is_like(order)).then_some(module));
         changed.extend(apart);
         // The body may already have the shape that the gait makes of it. If it walked by the gait that
@@ -178,12 +187,26 @@ impl Orders {
 
     /// Has bodies that may walk on do so by `now` if one of their modules says that it walks by the gait that
     /// follows, and settles doubts. Returns the modules to which that is new.
-    pub fn choose(&mut self, wiring: &Wiring, now: u64, says: impl Fn(usize) -> Option<u8>) -> Vec<usize> {
+    pub fn choose(
+        &mut self,
+        wiring: &Wiring,
+        now: u64,
+        status: impl Fn(usize) -> Option<Status>,
+    ) -> Vec<usize> {
+        let says = |module: usize| status(module).map(|status| status.gait);
+        let acts = |module: usize| status(module).is_some_and(|status| status.action != Action::Rest);
         self.choices.retain(|choice| now < choice.between.end);
         let mut changed = Vec::new();
         for Doubt { module, order, instead, .. } in self.doubts.due(now) {
-            if self.of[module].number == order && says(module) == Some(instead[module].standing.gait) {
-                let mut body = hearing(wiring, module);
+            let mut body = hearing(wiring, module);
+            let is_led = |gait: &Gait| body.iter().any(|&it| leads(wiring, it, gait.leader) == Some(1));
+            let is_instead = match (self.of[module].gait(), instead[module].gait()) {
+                (Some(_), Some(other)) => says(module) == Some(other.name),
+                // A ring takes its time until any module acts.
+                (Some(gait), None) => is_led(&gait) && !body.iter().any(|&it| acts(it)),
+                (None, _) => body.iter().any(|&it| acts(it)),
+            };
+            if self.of[module].number == order && is_instead {
                 body.retain(|&it| self.of[it].number == order);
                 body.iter().for_each(|&it| self.of[it] = instead[it]);
                 changed.extend(body);
@@ -204,15 +227,26 @@ impl Orders {
         changed
     }
 
+    /// The newest order that any module of a body has, but for those that start over.
+    fn newest(&self, body: &[usize]) -> Option<Order> {
+        let hearing = body.iter().filter(|&&module| self.hears(module));
+        hearing.map(|&module| self.of[module]).reduce(Order::newer)
+    }
+
+    fn hears(&self, module: usize) -> bool {
+        self.restarting.iter().all(|&(other, _)| other != module)
+    }
+
     /// Has all modules of a body follow the newest order that any of them has. Returns the modules that walk
     /// by another gait now.
     fn spread(&mut self, wiring: &Wiring) -> Vec<usize> {
         let mut changed = Vec::new();
-        for mut body in wiring.bodies() {
-            body.retain(|module| self.restarting.iter().all(|(other, _)| other != module));
-            let newest = body.iter().map(|&module| self.of[module]).reduce(Order::newer);
-            let Some(newest) = newest else { continue };
+        for body in wiring.bodies() {
+            let Some(newest) = self.newest(&body) else { continue };
             for module in body {
+                if !self.hears(module) {
+                    continue;
+                }
                 let before = std::mem::replace(&mut self.of[module], newest);
                 changed.extend((!before.is_like(newest)).then_some(module));
             }
@@ -244,13 +278,18 @@ impl Order {
 }
 
 #[cfg(test)]
-mod tests {
+pub mod tests {
     use hormone::gait::GaitName::{Caterpillar, CloseRing, OpenRing, RollingTrack};
     use tasks::dock::Dock::Back;
 
     use super::*;
     use crate::shape::Shape;
     use crate::wiring::Face;
+
+    /// What a module says that walks by a gait.
+    pub fn walking(gait: GaitName) -> Status {
+        Status { gait: gait as u8, action: Action::Straight, ..Status::POWER_UP }
+    }
 
     fn ordered(wiring: &Wiring, gait: GaitName) -> Orders {
         let mut orders = Orders::new(wiring.modules());
@@ -283,7 +322,7 @@ mod tests {
         let ring = Shape::Ring.wiring(6).unwrap();
         let is_taken = |orders: &mut Orders, wiring: &Wiring, now: u64, said: GaitName| {
             orders.settle(wiring, now);
-            !orders.choose(wiring, now, |module| (module == 2).then_some(said as u8)).is_empty()
+            !orders.choose(wiring, now, |module| (module == 2).then(|| walking(said))).is_empty()
         };
         let closed_at = 10 * LASTS;
         for (opened_at, now, said, is_right) in [

@@ -278,6 +278,30 @@ fn where_an_order_and_a_change_meet_the_robot_decides_what_it_has_heard() {
     }
 }
 
+/// A module may be ordered before it knows what stands in its body, and orders may meet on their way.
+#[test]
+fn which_of_two_orders_counts_is_decided_by_the_robot() {
+    let chain = "shape = \"chain\"\nmodules = 8";
+    let two_chains = "modules = 6\ndocks = [[\"0.Back\", \"1.Front\"], [\"1.Back\", \"2.Front\"], \
+                      [\"3.Back\", \"4.Front\"], [\"4.Back\", \"5.Front\"]]";
+    let order = |at: f64, gait: u8, to: &str| {
+        format!("at = {at}\ncommand = [{}, 1, 255]\nto = \"{to}\"\n", 0xd0 + gait)
+    };
+    let join = "at = 3\nattach = [\"2.Back\", \"3.Front\"]\n".to_owned();
+    let reset = "at = 3\nreset = 7\n".to_owned();
+    for (robot, events) in [
+        (two_chains, [order(2.0, 5, "0.Up"), join.clone(), order(3.01, 2, "4.Up")]),
+        (two_chains, [order(2.99, 0, "0.Up"), join.clone(), order(3.01, 2, "4.Up")]),
+        (two_chains, [join, order(3.0, 0, "0.Up"), order(3.01, 2, "4.Up")]),
+        (chain, [reset, order(3.002, 0, "1.Right"), order(3.062, 3, "7.Left")]),
+        // Both docks hear at once.
+        (chain, [order(2.0, 2, "1.Up"), order(3.0, 3, "1.Down"), order(3.0, 4, "1.Up")]),
+        (chain, [order(2.0, 2, "0.Up"), order(3.0, 0, "0.Up"), order(3.002, 3, "7.Up")]),
+    ] {
+        expect_no_fault(robot, &events.join("[[event]]\n"), 1, 20);
+    }
+}
+
 /// Until it finds out that it is no head any more, it may beat. Who hears that follows it for three beats.
 #[test]
 fn a_head_that_has_moved_may_beat_once_more_where_it_is() {

@@ -1,9 +1,12 @@
 //! Bodies of which nobody outside knows which of two orders they follow, for a link may fail while an order
-//! is on its way, and two modules may be ordered at once.
+//! is on its way, two modules may be ordered at once, and a module may be ordered before it knows the order of
+//! the body that it has joined.
 
 use std::sync::Arc;
 
 use super::Order;
+use crate::command::SENDS;
+use crate::hardware::{GIVEN_UP_AFTER, MILLISECOND};
 use crate::walker::{DISCOVERY, HOP};
 use crate::wiring::Wiring;
 
@@ -14,11 +17,12 @@ struct Spreading {
     order: u64,
     /// By module, the order before.
     before: Arc<[Order]>,
+    given_at: u64,
     until: u64,
 }
 
 /// The body of a module follows an order, or none of it does. The gait by which the module says that it walks
-/// decides.
+/// decides; between walking and an order to stop, whether any module acts.
 pub struct Doubt {
     pub module: usize,
     /// The number of the order.
@@ -32,10 +36,17 @@ pub struct Doubt {
 #[derive(Default)]
 pub struct Doubts {
     spreading: Vec<Spreading>,
-    /// The wirings from before, whose modules may hear each other until these times: a link may fail in one
-    /// direction.
-    before: Vec<(Wiring, u64)>,
+    before: Vec<Before>,
     open: Vec<Doubt>,
+}
+
+/// What was before a change. Modules may not notice that until this time, and may hear each other as before:
+/// a link may fail in one direction.
+struct Before {
+    wiring: Wiring,
+    /// By module.
+    orders: Arc<[Order]>,
+    until: u64,
 }
 
 impl Doubts {
@@ -49,13 +60,16 @@ impl Doubts {
         now: u64,
     ) -> Vec<usize> {
         self.forget(now);
-        let is_other = |it: &Spreading| it.order == of[module].number && it.module != module;
+        // A remote control repeats an order, of which a dock may hear only the last sending.
+        let heard_by = |it: &Spreading| it.given_at + SENDS[SENDS.len() - 1] + GIVEN_UP_AFTER;
+        let is_other =
+            |it: &Spreading| it.order == of[module].number && (it.module != module || now <= heard_by(it));
         if self.spreading.iter().any(is_other) {
             self.open(module, order, of.into(), now);
         }
         let mut is_apart = vec![false; of.len()];
-        for (before, _) in &self.before {
-            hearing(before, module).into_iter().for_each(|it| is_apart[it] = true);
+        for before in &self.before {
+            hearing(&before.wiring, module).into_iter().for_each(|it| is_apart[it] = true);
         }
         hearing(wiring, module).into_iter().for_each(|it| is_apart[it] = false);
         let instead: Arc<[Order]> = vec![order; of.len()].into();
@@ -65,7 +79,8 @@ impl Doubts {
             }
         }
         let until = now + DISCOVERY + of.len() as u64 * HOP;
-        self.spreading.push(Spreading { module, order: order.number, before: of.into(), until });
+        let (order, before) = (order.number, of.into());
+        self.spreading.push(Spreading { module, order, before, given_at: now, until });
         (0..of.len()).filter(|&it| is_apart[it]).collect()
     }
 
@@ -73,7 +88,7 @@ impl Doubts {
     /// cut off from an order may not have heard of it.
     pub fn rewired(&mut self, of: &[Order], (before, wiring): (&Wiring, &Wiring), now: u64) {
         self.forget(now);
-        self.before.push((before.clone(), now + DISCOVERY));
+        self.before.push(Before { wiring: before.clone(), orders: of.into(), until: now + DISCOVERY });
         let mut cut_off = Vec::new();
         for Spreading { module, order, before, .. } in &self.spreading {
             for body in wiring.bodies().into_iter().filter(|body| !body.contains(module)) {
@@ -86,24 +101,30 @@ impl Doubts {
         }
     }
 
+    /// The orders that a module may still follow, where it has joined a body with another.
+    pub fn known(&self, module: usize) -> Vec<Order> {
+        self.before.iter().map(|before| before.orders[module]).collect()
+    }
+
     /// The doubts that are to be settled by `now`.
     pub fn due(&mut self, now: u64) -> Vec<Doubt> {
         self.open.extract_if(.., |doubt| doubt.at <= now).collect()
     }
 
-    /// Between two orders there is a doubt if a module's gait can tell them apart. It tells nothing of an
-    /// order to stop.
-    fn open(&mut self, module: usize, order: Order, instead: Arc<[Order]>, now: u64) {
-        if let (Some(gait), Some(other)) = (order.gait(), instead[module].gait())
-            && gait.name != other.name
-        {
-            self.open.push(Doubt { module, order: order.number, instead, at: now + DISCOVERY });
-        }
+    /// Between two orders there is a doubt if what modules do can tell them apart. Whether they act shows at
+    /// the first beat.
+    pub fn open(&mut self, module: usize, order: Order, instead: Arc<[Order]>, now: u64) {
+        let beat = match (order.gait(), instead[module].gait()) {
+            (Some(gait), Some(other)) if gait.name != other.name => 0,
+            (Some(gait), None) | (None, Some(gait)) => u64::from(gait.beat.get()) * MILLISECOND,
+            _ => return,
+        };
+        self.open.push(Doubt { module, order: order.number, instead, at: now + DISCOVERY + beat });
     }
 
     fn forget(&mut self, now: u64) {
         self.spreading.retain(|spreading| now < spreading.until);
-        self.before.retain(|&(_, until)| now < until);
+        self.before.retain(|before| now < before.until);
     }
 }
 
@@ -116,9 +137,11 @@ pub fn hearing(wiring: &Wiring, module: usize) -> Vec<usize> {
 mod tests {
     use hormone::gait::GaitName::{self, Caterpillar, Centipede, Serpentine};
     use hormone::period::Period;
+    use hormone::status::Status;
     use tasks::dock::Dock::Back;
 
     use super::super::Orders;
+    use super::super::tests::walking;
     use super::*;
     use crate::shape::Shape;
     use crate::wiring::Face;
@@ -145,8 +168,8 @@ mod tests {
                 wiring = &cut;
             }
         }
-        assert!(orders.choose(wiring, AT + DISCOVERY - 1, |_| Some(said as u8)).is_empty(), "too soon");
-        orders.choose(wiring, AT + 2 * DISCOVERY, |_| Some(said as u8));
+        assert!(orders.choose(wiring, AT + DISCOVERY - 1, |_| Some(walking(said))).is_empty(), "too soon");
+        orders.choose(wiring, AT + 2 * DISCOVERY, |_| Some(walking(said)));
         [1, 4].map(|module| orders.gait(module).map(|gait| gait.name))
     }
 
@@ -178,6 +201,38 @@ mod tests {
         ] {
             let ordered = [(0, Caterpillar, AT - apart), (5, Serpentine, AT)];
             assert_eq!(gaits(None, &ordered, said), [Some(counts as u8); 2], "{apart} {said:?}");
+        }
+    }
+    #[test]
+    fn between_an_order_to_stop_and_one_to_walk_it_counts_whether_any_module_acts() {
+        let chain = Shape::Chain.wiring(6).unwrap();
+        for (first, second) in [(None, Some(Serpentine)), (Some(Serpentine), None)] {
+            for is_acting in [true, false] {
+                let mut orders = Orders::new(6);
+                orders.give(&chain, 0, (first, Period::OWN), AT);
+                orders.give(&chain, 5, (second, Period::OWN), AT + 1);
+                orders.choose(&chain, AT + 3 * DISCOVERY, |module| {
+                    Some(if is_acting && module == 2 { walking(Serpentine) } else { Status::POWER_UP })
+                });
+                assert_eq!(orders.gait(3).is_some(), is_acting, "{first:?} {second:?}");
+            }
+        }
+    }
+
+    /// Module 3 does not know yet that module 0 was ordered, and counts its own order as the first.
+    #[test]
+    fn a_module_may_be_ordered_before_it_knows_the_order_of_the_body_that_it_has_joined() {
+        let whole = Shape::Chain.wiring(6).unwrap();
+        let mut cut = whole.clone();
+        cut.detach(Face { module: 2, dock: Back }).unwrap();
+        for (after, is_open) in [(DISCOVERY - 1, true), (DISCOVERY, false)] {
+            let mut orders = Orders::new(6);
+            orders.give(&cut, 0, (Some(Serpentine), Period::OWN), 0);
+            orders.rewired(&cut, &whole, AT);
+            orders.give(&whole, 3, (Some(Caterpillar), Period::OWN), AT + after);
+            orders.choose(&whole, AT + 3 * DISCOVERY, |_| Some(walking(Serpentine)));
+            let counts = if is_open { Serpentine } else { Caterpillar };
+            assert_eq!([0, 3].map(|module| orders.gait(module).unwrap().name), [counts as u8; 2], "{after}");
         }
     }
 }
