@@ -1,8 +1,8 @@
 //! Replaces peripherals of simavr by the harness's own: the callbacks, and the ownership of the data to which
 //! they point.
 
-use std::ffi::c_void;
-use std::ptr::NonNull;
+use std::ffi::{c_int, c_void};
+use std::ptr::{self, NonNull};
 
 use simavr_ffi as ffi;
 
@@ -264,8 +264,8 @@ pub(crate) fn make_plain(cpu: Cpu, addresses: &[u16]) {
     for &address in addresses {
         // SAFETY: with no handler simavr reads and stores the value by itself.
         unsafe {
-            set_write(cpu, address, None, std::ptr::null_mut());
-            set_read(cpu, address, None, std::ptr::null_mut());
+            set_write(cpu, address, None, ptr::null_mut());
+            set_read(cpu, address, None, ptr::null_mut());
         }
     }
 }
@@ -273,7 +273,7 @@ pub(crate) fn make_plain(cpu: Cpu, addresses: &[u16]) {
 /// Makes the register at `address` ignore writes, those to single bits too. It is read as before.
 pub(crate) fn ignore_writes(cpu: Cpu, address: u16) {
     // SAFETY: the handler takes any parameter.
-    unsafe { set_write(cpu, address, Some(ignore), std::ptr::null_mut()) };
+    unsafe { set_write(cpu, address, Some(ignore), ptr::null_mut()) };
     // SAFETY: the instance is alive by the invariant of `Cpu`, and the reference ends here.
     let bits = unsafe { &mut (*cpu.as_ptr()).bit_io };
     if let Some(handler) = bits.get_mut(usize::from(address - IO_START)) {
@@ -298,7 +298,31 @@ pub(crate) unsafe fn ignore_other_bits(cpu: Cpu, address: u16) {
     }
 }
 
-unsafe extern "C" fn ignore_bit(_: *mut ffi::avr_t, _: u8, _: u8, _: *mut c_void) -> std::ffi::c_int {
+/// Makes SBI write a one to that bit of the register at `address` alone, and CBI do nothing.
+pub(crate) fn write_single_ones(cpu: Cpu, address: u16) {
+    // SAFETY: the instance is alive by the invariant of `Cpu`, and the reference ends here.
+    let bits = unsafe { &mut (*cpu.as_ptr()).bit_io };
+    if let Some(handler) = bits.get_mut(usize::from(address - IO_START)) {
+        handler.c = Some(write_single_one);
+        handler.param = ptr::without_provenance_mut(address.into());
+    }
+}
+
+unsafe extern "C" fn write_single_one(
+    avr: *mut ffi::avr_t,
+    bit: u8,
+    level: u8,
+    address: *mut c_void,
+) -> c_int {
+    if level != 0 {
+        // SAFETY: simavr passes its own instance.
+        let cpu = unsafe { Cpu::from_raw(avr) };
+        cpu.write_handled(address.addr() as u16, 1 << bit);
+    }
+    1
+}
+
+unsafe extern "C" fn ignore_bit(_: *mut ffi::avr_t, _: u8, _: u8, _: *mut c_void) -> c_int {
     1
 }
 

@@ -20,7 +20,7 @@ use crate::repair::timer3::{self, Timer3};
 use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Usart, UsartCounts};
 use crate::repair::watchdog;
-use crate::repair::{external, interrupt, pins, rampz, reset_flags};
+use crate::repair::{external, flags, interrupt, pins, rampz, reset_flags};
 use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
 use crate::trace::{NotTraceable, Trace, Tracer};
 use crate::wires::{self, Wires};
@@ -134,6 +134,10 @@ impl Mcu {
         rampz::install(cpu, &mut wrapped);
         reset_flags::install(cpu, &mut wrapped);
         watchdog::install(cpu, &mut wrapped);
+        if let Some(registers) = &part.timer1 {
+            timer1::install(cpu, registers, &mut wrapped);
+        }
+        flags::install(cpu, part);
         let usarts = part.usarts.iter().map(|registers| usart::attach(cpu, registers)).collect();
         let adc = part.adc.as_ref().map(|registers| adc::attach(cpu, registers).ok_or_else(missing));
         let spm = part

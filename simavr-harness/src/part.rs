@@ -19,6 +19,8 @@ pub struct Part {
     pub(crate) read_only_pins: &'static [u16],
     /// PCIFR, on the later parts.
     pub(crate) pin_change_flags: Option<u16>,
+    /// The other registers of flags that SBI and CBI reach. Not every later part has all of them.
+    pub(crate) other_flags: &'static [u16],
     /// In the order of their numbers.
     pub(crate) usarts: &'static [UsartRegisters],
     pub(crate) twi: TwiRegisters,
@@ -101,6 +103,8 @@ pub(crate) struct Timer1Registers {
     pub tccrb: u16,
     /// The low bytes of the compare registers. The high bytes follow them.
     pub compare: [u16; 3],
+    /// The vector of compare unit C.
+    pub compare_c: u8,
 }
 
 /// The harness has no register map of a part.
@@ -120,6 +124,7 @@ impl Part {
         marker: 0x42,
         read_only_pins: &[0x39, 0x36, 0x33, 0x30, 0x21, 0x20, 0x63],
         pin_change_flags: None,
+        other_flags: &[],
         usarts: &[
             UsartRegisters {
                 udr: 0x2c,
@@ -162,6 +167,7 @@ impl Part {
             tccra: 0x4f,
             tccrb: 0x4e,
             compare: [0x4a, 0x48, 0x78],
+            compare_c: 24,
         }),
         timer3: Some(25),
     };
@@ -173,6 +179,7 @@ impl Part {
         marker: GPIOR0,
         read_only_pins: &[],
         pin_change_flags: Some(PCIFR),
+        other_flags: OTHER_FLAGS,
         usarts: &[later_usart(0xc0, 18)],
         twi: later_twi(24),
         eeprom: later_eeprom(22, 1024),
@@ -189,6 +196,7 @@ impl Part {
         marker: GPIOR0,
         read_only_pins: &[],
         pin_change_flags: Some(PCIFR),
+        other_flags: OTHER_FLAGS,
         usarts: &[later_usart(0xc0, 20), later_usart(0xc8, 28)],
         twi: later_twi(26),
         eeprom: later_eeprom(25, 4096),
@@ -205,6 +213,7 @@ impl Part {
         marker: GPIOR0,
         read_only_pins: &[],
         pin_change_flags: Some(PCIFR),
+        other_flags: OTHER_FLAGS,
         usarts: &[
             later_usart(0xc0, 25),
             later_usart(0xc8, 36),
@@ -248,6 +257,9 @@ impl Part {
 
 /// PCIFR of the parts that came after the ATmega128.
 const PCIFR: u16 = 0x3b;
+
+/// TIFR0 to TIFR5 and EIFR of the parts that came after the ATmega128.
+const OTHER_FLAGS: &[u16] = &[0x35, 0x36, 0x37, 0x38, 0x39, 0x3a, 0x3c];
 
 /// GPIOR0 of the parts that came after the ATmega128.
 const GPIOR0: u16 = 0x3e;

@@ -3,6 +3,7 @@
 pub(crate) mod adc;
 pub(crate) mod eeprom;
 pub(crate) mod external;
+pub(crate) mod flags;
 pub(crate) mod interrupt;
 pub(crate) mod pins;
 pub(crate) mod rampz;
