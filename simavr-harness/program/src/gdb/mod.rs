@@ -20,7 +20,7 @@ use std::io::Write;
 use std::net::{Ipv4Addr, Shutdown, TcpListener, TcpStream};
 use std::os::unix::net::UnixStream;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command};
+use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
@@ -46,6 +46,13 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
     let scenario = scenario::of(sim_options)?;
     check(options, &scenario)?;
     scenario::check(sim_options, &scenario)?;
+    let program = options.program();
+    // This and the port are tried before the run takes its time.
+    if options.listen.is_none() {
+        let quiet = || Stdio::null();
+        let mut gdb = Command::new(&program);
+        start(gdb.arg("--version").stdin(quiet()).stdout(quiet()).stderr(quiet()))?.wait()?;
+    }
     let mut robot = scenario::build_robot(&scenario, sim_options)?;
     let image = Arc::clone(find(&mut robot, *name)?.image());
     let (server, worker) = UnixStream::pair()?;
@@ -56,7 +63,6 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
     }
     drop((worker, robot));
     let mut worker = Line::new(server);
-    // Before the run takes its time.
     let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, options.listen.unwrap_or(0)))
         .map_err(|error| format!("can't listen: {error}; give --listen another port"))?;
     let address = listener.local_addr()?;
@@ -72,19 +78,13 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
     }
     let elf = debugging_information(sim_options, name.controller, &image);
     let script = script(elf.as_deref())?;
-    let program = options.program();
     let mut gdb = Command::new(&program);
     gdb.arg("-q");
     gdb.args(elf);
     gdb.arg("-ex").arg(format!("source {}", script.path().display()));
     gdb.arg("-ex").arg(format!("target remote {address}"));
     gdb.args(&options.gdb_arguments);
-    let mut gdb = gdb.spawn().map_err(|error| {
-        format!(
-            "can't start {}: {error}; install gdb with `./x gdb`, or name another with --gdb",
-            program.display()
-        )
-    })?;
+    let mut gdb = start(&mut gdb)?;
     process::ignore_interrupts();
     let served = match accept(&listener, &mut gdb)? {
         Some(stream) => server::serve(stream, worker, image, first),
@@ -95,6 +95,13 @@ pub fn run(options: &Gdb) -> Result<bool, Box<dyn Error>> {
     }
     // gdb has the terminal until it quits.
     Ok(gdb.wait()?.success() && served.is_ok())
+}
+
+fn start(gdb: &mut Command) -> Result<Child, String> {
+    gdb.spawn().map_err(|error| {
+        let program = gdb.get_program().display();
+        format!("can't start {program}: {error}; install gdb with `./x gdb`, or name another with --gdb")
+    })
 }
 
 /// Checks that the options describe a robot that can be debugged.
