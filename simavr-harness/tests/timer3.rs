@@ -28,6 +28,58 @@ fn a_write_of_the_counter_blocks_the_match_there() {
     assert!(mark == 3 && is_about(cycles, 0x1_0000 - 1000), "{mark} after {cycles}");
 }
 
+/// The cycles between the marks of this value.
+fn intervals(defines: &[&str], mark: u8) -> Vec<u64> {
+    let mut mcu = mcu(&build_with("timer3.c", defines));
+    mcu.run_until(50_000);
+    let cycles: Vec<_> =
+        mcu.markers().iter().filter(|marker| marker.value == mark).map(|marker| marker.cycle).collect();
+    cycles.windows(2).map(|pair| pair[1] - pair[0]).collect()
+}
+
+fn are_all(intervals: &[u64], cycles: u64) -> bool {
+    // An interrupt waits for the end of an instruction, or of another's handler.
+    intervals.len() > 5 && intervals.iter().all(|it| it.abs_diff(cycles) <= 50)
+}
+
+/// Without PWM the overflow is at 0xFFFF, with PWM at the top. If ICR3 is the top, the capture's flag is set
+/// there (sections "Modes of Operation", "Input Capture Unit").
+#[test]
+fn in_each_mode_that_counts_up_the_counter_comes_to_its_top() {
+    const MATCH: u8 = 2;
+    const OVERFLOW: u8 = 3;
+    const CAPTURE: u8 = 4;
+    for (mode, top, marks) in [
+        ("MODE=4", 2000, &[MATCH][..]),
+        ("MODE=5", 0xff, &[OVERFLOW]),
+        ("MODE=6", 0x1ff, &[OVERFLOW]),
+        ("MODE=7", 0x3ff, &[OVERFLOW]),
+        ("MODE=12", 2000, &[MATCH, CAPTURE]),
+        ("MODE=14", 2000, &[OVERFLOW, CAPTURE]),
+    ] {
+        for mark in [OVERFLOW, CAPTURE, MATCH] {
+            let found = intervals(&["COUNTER=0", "TOP=2000", mode], mark);
+            assert!(
+                if marks.contains(&mark) {
+                    are_all(&found, top + 1)
+                } else {
+                    found.is_empty() || mark == MATCH
+                },
+                "{mode}, {mark}: {found:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn the_prescaler_divides_the_clock() {
+    for (clock, divisor) in [("CLOCK=2", 8), ("CLOCK=3", 64), ("CLOCK=4", 256), ("CLOCK=5", 1024)] {
+        let (mark, cycles) = first(&["COUNTER=900", clock]);
+        let counts = cycles / divisor;
+        assert!(mark == 2 && (99..=101 + 50 / divisor).contains(&counts), "{clock}: {mark} after {cycles}");
+    }
+}
+
 /// A counter beyond its top counts on to 0xFFFF, and up to the top from 0.
 #[test]
 fn a_counter_beyond_its_top_comes_back() {

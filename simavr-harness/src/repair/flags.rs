@@ -1,6 +1,6 @@
-//! SBI and CBI of the parts that came after the ATmega128 touch one bit alone, so SBI clears one flag of a register
-//! of flags, and CBI none (chapter "AVR Memories", "I/O Memory"). simavr has both read and write the whole
-//! register, as on the ATmega128.
+//! SBI and CBI of the parts that came after the ATmega128 touch one bit alone, so SBI clears one flag of a
+//! register of flags, and CBI none (chapter "AVR Memories", "I/O Memory"). In simavr both read and write the
+//! whole register, as on the ATmega128.
 
 use crate::cpu::Cpu;
 use crate::device::{has_write_handler, write_single_ones};

@@ -1,8 +1,8 @@
 //! Timer3 (chapter "16-bit Timer/Counter"), in place of simavr's. simavr's misses a match that lies
 //! within an instruction of the counter's overflow, and its fast PWM has no double-buffered registers.
 //!
-//! The model has what the robot's serial line in software uses: the MCU's own clock, the normal mode (0) and
-//! fast PWM up to OCR3A (15). In other modes the counter stands still.
+//! Simplified: in a mode that counts down, or with a clock at pin T3, the counter stands still; the prescaler
+//! runs from power-up on, whatever SFIOR says.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
@@ -25,7 +25,6 @@ const COMPARE_PINS: [u8; 3] = [3, 4, 5];
 // TCCR3B
 const RISING: u8 = 0x40;
 const CLOCK: u8 = 0x07;
-const UNDIVIDED: u8 = 0x01;
 
 /// The action of a compare unit on its pin (COM3x).
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -36,11 +35,51 @@ enum Output {
     Set,
 }
 
+/// What the counter counts up to.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Mode {
-    Normal,
-    FastPwm,
-    Other,
+enum Top {
+    Fixed(u16),
+    Ocr3a,
+    Icr3,
+}
+
+/// A mode that counts up (table "Waveform Generation Mode Bit Description").
+#[derive(Clone, Copy)]
+struct Mode {
+    top: Top,
+    is_pwm: bool,
+}
+
+impl Mode {
+    const NORMAL: Self = Self { top: Top::Fixed(u16::MAX), is_pwm: false };
+
+    /// `None`: the mode of this number counts down, too.
+    fn of_number(number: u8) -> Option<Self> {
+        let fast_pwm = |top| Some(Self { top, is_pwm: true });
+        match number {
+            0 => Some(Self::NORMAL),
+            4 => Some(Self { top: Top::Ocr3a, is_pwm: false }),
+            5 => fast_pwm(Top::Fixed(0xff)),
+            6 => fast_pwm(Top::Fixed(0x1ff)),
+            7 => fast_pwm(Top::Fixed(0x3ff)),
+            12 => Some(Self { top: Top::Icr3, is_pwm: false }),
+            14 => fast_pwm(Top::Icr3),
+            15 => fast_pwm(Top::Ocr3a),
+            _ => None,
+        }
+    }
+}
+
+/// How many bits of the prescaler a clock of the timer takes; `None` for no clock of the MCU's.
+fn prescaler_bits(control: u8) -> Option<u32> {
+    match control & CLOCK {
+        1 => Some(0),
+        2 => Some(3),
+        3 => Some(6),
+        4 => Some(8),
+        5 => Some(10),
+        _ => None,
+    }
 }
 
 pub(crate) struct Timer3 {
@@ -51,7 +90,10 @@ pub(crate) struct Timer3 {
     /// The cycle at which the counter was 0. `None` while it stands still, at `stands_at`.
     zero_at: Option<u64>,
     stands_at: u16,
-    mode: Mode,
+    /// A clock of the timer takes 2 to the power of this in cycles.
+    clock_bits: u32,
+    mode: Option<Mode>,
+    icr: u16,
     /// OCR3A, OCR3B, OCR3C as they are compared, and the buffers from which they are loaded in PWM mode.
     compared: [u16; 3],
     buffered: [u16; 3],
@@ -73,7 +115,9 @@ pub(crate) fn attach(cpu: Cpu, capture: u8) -> Option<Attached<Timer3>> {
         overflow: cpu.vector(capture + 4)?,
         zero_at: None,
         stands_at: 0,
-        mode: Mode::Normal,
+        clock_bits: 0,
+        mode: Some(Mode::NORMAL),
+        icr: 0,
         compared: [0; 3],
         buffered: [0; 3],
         high: 0,
@@ -94,28 +138,39 @@ impl Timer3 {
         cpu.disconnect_capture('3', 'E', CAPTURE_PIN);
         self.zero_at = None;
         self.stands_at = 0;
-        self.mode = Mode::Normal;
+        self.mode = Some(Mode::NORMAL);
+        self.icr = 0;
         self.compared = [0; 3];
         self.buffered = [0; 3];
         self.done = cpu.cycle();
     }
 
     fn top(&self) -> u16 {
-        match self.mode {
-            Mode::FastPwm => self.compared[0],
-            Mode::Normal | Mode::Other => u16::MAX,
+        match self.mode.unwrap_or(Mode::NORMAL).top {
+            Top::Fixed(top) => top,
+            Top::Ocr3a => self.compared[0],
+            Top::Icr3 => self.icr,
         }
     }
 
+    fn counts_to_icr(&self) -> bool {
+        self.mode.is_some_and(|mode| mode.top == Top::Icr3)
+    }
+
+    fn is_pwm(&self) -> bool {
+        self.mode.is_some_and(|mode| mode.is_pwm)
+    }
+
     fn counter(&self, now: u64) -> u16 {
-        self.zero_at.map_or(self.stands_at, |zero_at| now.wrapping_sub(zero_at) as u16)
+        self.zero_at.map_or(self.stands_at, |zero_at| (now.wrapping_sub(zero_at) >> self.clock_bits) as u16)
     }
 
     /// Sets the counter.
     fn count_from(&mut self, cpu: Cpu, value: u16) {
-        let runs = cpu.data(TCCR3B) & CLOCK == UNDIVIDED && self.mode != Mode::Other;
+        let bits = self.mode.and_then(|_| prescaler_bits(cpu.data(TCCR3B)));
+        self.clock_bits = bits.unwrap_or(0);
         self.stands_at = value;
-        self.zero_at = runs.then(|| cpu.cycle().wrapping_sub(value.into()));
+        self.zero_at = bits.map(|bits| (cpu.cycle() >> bits).wrapping_sub(value.into()) << bits);
         self.done = cpu.cycle();
     }
 
@@ -127,7 +182,7 @@ impl Timer3 {
 
     /// The cycle at which the counter leaves `value` in its present round; `None` while it stands still.
     fn leaves(&self, value: u16) -> Option<u64> {
-        self.zero_at.map(|zero_at| zero_at.wrapping_add(u64::from(value) + 1))
+        self.zero_at.map(|zero_at| zero_at.wrapping_add((u64::from(value) + 1) << self.clock_bits))
     }
 
     fn output(cpu: Cpu, unit: usize) -> Output {
@@ -150,10 +205,18 @@ impl Timer3 {
         }
     }
 
-    fn overflow(&mut self, cpu: Cpu, now: u64) {
+    /// The counter goes from `last` to 0.
+    fn begin_round(&mut self, cpu: Cpu, last: u16, now: u64) {
         self.zero_at = Some(now);
-        cpu.raise(self.overflow);
-        if self.mode != Mode::FastPwm {
+        let is_top = last == self.top();
+        if is_top && self.counts_to_icr() {
+            cpu.raise(self.capture);
+        }
+        let overflows = if self.is_pwm() { is_top } else { last == u16::MAX };
+        if overflows {
+            cpu.raise(self.overflow);
+        }
+        if !is_top || !self.is_pwm() {
             return;
         }
         self.compared = self.buffered;
@@ -166,10 +229,17 @@ impl Timer3 {
         }
     }
 
+    fn set_icr(&mut self, cpu: Cpu, value: u16) {
+        self.icr = value;
+        let [low, high] = value.to_le_bytes();
+        cpu.set_data(ICR3L, low);
+        cpu.set_data(ICR3H, high);
+    }
+
     /// Without PWM the program "will access the OCR3x directly". This is read to mean that the buffer keeps
     /// its value.
     fn write_compare(&mut self, cpu: Cpu, unit: usize, value: u16) {
-        if self.mode == Mode::FastPwm {
+        if self.is_pwm() {
             self.buffered[unit] = value;
         } else {
             self.compared[unit] = value;
@@ -189,29 +259,30 @@ impl Device for Timer3 {
             TCCR3A | TCCR3B => {
                 let counter = self.counter(cpu.cycle());
                 cpu.set_data(address, value);
-                self.mode = match cpu.data(TCCR3B) >> 1 & 0b1100 | cpu.data(TCCR3A) & 0b11 {
-                    0 => Mode::Normal,
-                    15 => Mode::FastPwm,
-                    _ => Mode::Other,
-                };
+                self.mode = Mode::of_number(cpu.data(TCCR3B) >> 1 & 0b1100 | cpu.data(TCCR3A) & 0b11);
                 self.count_from(cpu, counter);
             }
             TCCR3C => {
                 // FOC3A, FOC3B and FOC3C in bits 7 to 5 are strobes, and work only in a mode without PWM.
                 for unit in 0..3 {
-                    if self.mode == Mode::Normal && value & 0x80 >> unit != 0 {
+                    if self.mode.is_some() && !self.is_pwm() && value & 0x80 >> unit != 0 {
                         Self::change_pin(cpu, unit);
                     }
                 }
             }
             TCNT3L => {
                 self.count_from(cpu, word);
-                self.blocked_at = cpu.cycle() + 1;
+                self.blocked_at = ((cpu.cycle() >> self.clock_bits) + 1) << self.clock_bits;
             }
             OCR3CL | OCR3BL | OCR3AL => {
                 self.write_compare(cpu, usize::from((OCR3AL - address) / 2), word);
                 cpu.set_data(address, value);
                 cpu.set_data(address + 1, self.high);
+            }
+            // Only in a mode that counts up to it.
+            ICR3L if self.counts_to_icr() => {
+                self.set_icr(cpu, word);
+                self.done = cpu.cycle(); // a value that the counter has passed is no top
             }
             ICR3L => {}
             _ => self.high = value,
@@ -251,11 +322,7 @@ impl Device for Timer3 {
             }
         }
         if self.leaves(last) == Some(now) {
-            if last == self.top() {
-                self.overflow(cpu, now);
-            } else {
-                self.zero_at = Some(now);
-            }
+            self.begin_round(cpu, last, now);
         }
     }
 
@@ -264,10 +331,8 @@ impl Device for Timer3 {
             return;
         }
         let is_wanted = (cpu.data(TCCR3B) & RISING != 0) == is_high;
-        if is_wanted && self.mode != Mode::Other {
-            let [low, high] = self.counter(cpu.cycle()).to_le_bytes();
-            cpu.set_data(ICR3L, low);
-            cpu.set_data(ICR3H, high);
+        if is_wanted && self.mode.is_some() && !self.counts_to_icr() {
+            self.set_icr(cpu, self.counter(cpu.cycle()));
             cpu.raise(self.capture);
         }
     }
