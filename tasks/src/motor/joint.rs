@@ -27,7 +27,7 @@ const ARRIVED: u16 = 3 * TENTH as u16;
 /// A joint that moves less than this makes no way.
 const WAY: u16 = DEGREE as u16;
 
-/// A joint further than this from its target is meant to move.
+/// A joint further than this from its target, and from its setpoint, is meant to move.
 const LARGE_ERROR: u16 = 2 * DEGREE as u16;
 
 /// With this much drive a free joint moves.
@@ -318,11 +318,13 @@ impl Joint {
             self.state = State::Arrived;
         }
         self.settle(position, error);
-        let is_strong = drive.unsigned_abs() >= STRONG_DRIVE && error > LARGE_ERROR;
+        let is_strong = drive.unsigned_abs() >= STRONG_DRIVE;
+        // One that is slow by order may make less way, but keeps to its setpoint.
+        let lags = error.min(self.setpoint.abs_diff(position)) > LARGE_ERROR;
         if position.abs_diff(self.mark) > WAY {
             self.mark = position;
             self.in_vain = 0;
-        } else if is_strong || current > JOINT_CURRENT_LIMIT {
+        } else if is_strong && lags || current > JOINT_CURRENT_LIMIT {
             self.in_vain += 1;
             if self.in_vain >= STALL {
                 self.state = State::Stalled;

@@ -226,6 +226,30 @@ fn a_joint_that_holds_a_load_has_not_stalled() {
     assert!((rig.plant.degrees() - 30.0).abs() <= 0.3, "{}", rig.plant.degrees());
 }
 
+/// In a quarter of a second it makes less way than a degree.
+#[test]
+fn a_joint_that_lifts_a_load_slowly_has_not_stalled() {
+    for speed in 1..=8 {
+        let mut rig = Rig::new(Plant::at(0.0));
+        rig.plant.surroundings.load_torque = -2.0;
+        rig.joint.turn_to(100, speed);
+        rig.trace(11_000 / usize::from(speed) + 1_000);
+        assert_eq!(rig.joint.state(), State::Arrived, "at {speed} degrees a second");
+        assert!((rig.plant.degrees() - 10.0).abs() <= 0.3, "{}", rig.plant.degrees());
+    }
+}
+
+#[test]
+fn a_slow_joint_that_is_blocked_stalls() {
+    for speed in [1, 2, 4, 8] {
+        let mut rig = Rig::new(Plant::at(0.0));
+        rig.plant.surroundings.is_blocked = true;
+        rig.joint.turn_to(100, speed);
+        rig.trace(3_000 / usize::from(speed) + 1_000);
+        assert_eq!((rig.joint.state(), rig.drive), (State::Stalled, 0), "at {speed} degrees a second");
+    }
+}
+
 #[test]
 fn a_broken_potentiometer_stops_the_motor() {
     for fault in [PotentiometerFault::Open, PotentiometerFault::ShortToSupply] {

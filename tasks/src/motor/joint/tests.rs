@@ -116,6 +116,15 @@ fn strong_drive_far_from_the_target_and_no_way_is_a_stall_and_less_is_none() {
     assert_eq!([STRONG_DRIVE as i16, WAY as i16], [100, 160], "a quarter of the drive, a degree");
 }
 
+#[test]
+fn a_joint_that_keeps_to_its_setpoint_has_not_stalled() {
+    for (lag, stays_on) in [(2 * DEGREE, true), (2 * DEGREE + 1, false)] {
+        let mut joint = moving();
+        joint.setpoint = lag;
+        assert_eq!((0..STALL).all(|_| joint.review(0, FULL_DRIVE, 0)), stays_on, "{lag}");
+    }
+}
+
 /// A joint at rest at 0 degrees.
 fn resting() -> Joint {
     let mut joint = Joint::new(JOINT);
