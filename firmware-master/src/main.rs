@@ -101,7 +101,7 @@ mod stack {
     pub static SEND_USART0: Stack<222> = Stack::new();
     pub static SEND_USART1: Stack<222> = Stack::new();
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
-    pub static MOTORS: Stack<204> = Stack::new();
+    pub static MOTORS: Stack<206> = Stack::new();
     pub static DEVICES: Stack<281> = Stack::new();
     pub static BRIDGE: Stack<153> = Stack::new();
     pub static AC_RECEIVE: Stack<140> = Stack::new();

@@ -40,6 +40,10 @@ const REVIEW: u8 = 8;
 /// limit, make a stall: 248 ms. Near its target a joint that is held pushes on, with less than that current.
 const STALL: u8 = 31;
 
+/// A joint that is held off its target gives way after so many reviews in a row without way, of which one in
+/// 32 counts: 10 s. From then on it pushes with little more than [`STRONG_DRIVE`].
+const HELD: u8 = 40;
+
 /// The joint is at rest after so many reviews in a row that find it at its target, and where the one before
 /// found it: 96 ms.
 const SETTLED: u8 = 12;
@@ -114,6 +118,9 @@ pub struct Joint {
     /// Where the joint was when it last made way, and the reviews in vain since.
     mark: Position,
     in_vain: u8,
+    /// The reviews in a row, of which one in 32 counts, that found it held off the target that its setpoint
+    /// has come to.
+    held: u8,
     /// Where the joint has come to rest, and the reviews that found it there.
     rest: Position,
     settled: u8,
@@ -138,6 +145,7 @@ impl Joint {
             period: 0,
             mark: 0,
             in_vain: 0,
+            held: 0,
             rest: 0,
             settled: 0,
             off: 0,
@@ -279,6 +287,7 @@ impl Joint {
         if left == 0 {
             return 0;
         }
+        self.held = 0;
         let drive = (self.speed >> DRIVE_OF_SPEED).min(FULL_DRIVE as u16) as i16;
         let is_upward = self.setpoint < self.target;
         let is_ahead = (self.setpoint < position) == is_upward;
@@ -323,7 +332,7 @@ impl Joint {
         let lags = error.min(self.setpoint.abs_diff(position)) > LARGE_ERROR;
         if position.abs_diff(self.mark) > WAY {
             self.mark = position;
-            self.in_vain = 0;
+            (self.in_vain, self.held) = (0, 0);
         } else if is_strong && lags || current > JOINT_CURRENT_LIMIT {
             self.in_vain += 1;
             if self.in_vain >= STALL {
@@ -333,7 +342,20 @@ impl Joint {
         } else {
             self.in_vain = self.in_vain.saturating_sub(1);
         }
+        self.give_way(error, is_strong);
         true
+    }
+
+    fn give_way(&mut self, error: u16, is_strong: bool) {
+        if error <= ARRIVED {
+            self.held = 0;
+        } else if self.held >= HELD {
+            self.ceiling = STRONG_DRIVE as i16;
+        } else if !is_strong {
+            self.held = 0;
+        } else if self.period == 0 {
+            self.held += 1;
+        }
     }
 
     fn settle(&mut self, position: Position, error: u16) {

@@ -250,6 +250,41 @@ fn a_slow_joint_that_is_blocked_stalls() {
     }
 }
 
+/// Its motor would get hot, and empty the battery.
+#[test]
+fn a_joint_that_is_held_near_its_target_gives_way() {
+    for off in [5, 10, 19] {
+        let mut rig = Rig::new(Plant::at(0.0));
+        rig.plant.surroundings.is_blocked = true;
+        rig.joint.turn_to(off, 60);
+        rig.trace(5_000);
+        assert!(rig.plant.amperes() > 0.6, "it tries for a while: {} A", rig.plant.amperes());
+        rig.trace(7_000);
+        for _ in 0..600 {
+            rig.joint.turn_to(off, 60); // a repeated order does not put it off
+            rig.trace(100);
+            assert!(rig.plant.amperes() <= 0.33, "{} A", rig.plant.amperes());
+        }
+        assert_eq!(rig.joint.state(), State::Moving);
+        rig.plant.surroundings.is_blocked = false;
+        rig.trace(1_000);
+        assert_eq!(rig.joint.state(), State::Arrived);
+    }
+}
+
+#[test]
+fn a_joint_that_has_given_way_lifts_its_load_to_another_target() {
+    let mut rig = Rig::new(Plant::at(0.0));
+    rig.plant.surroundings = Surroundings { is_blocked: true, load_torque: -2.0, ..Surroundings::default() };
+    rig.joint.turn_to(10, 60);
+    rig.trace(12_000);
+    rig.plant.surroundings.is_blocked = false;
+    rig.joint.turn_to(300, 60);
+    rig.trace(2_000);
+    assert_eq!(rig.joint.state(), State::Arrived);
+    assert!((rig.plant.degrees() - 30.0).abs() <= 0.3, "{}", rig.plant.degrees());
+}
+
 #[test]
 fn a_broken_potentiometer_stops_the_motor() {
     for fault in [PotentiometerFault::Open, PotentiometerFault::ShortToSupply] {

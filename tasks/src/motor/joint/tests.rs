@@ -125,6 +125,44 @@ fn a_joint_that_keeps_to_its_setpoint_has_not_stalled() {
     }
 }
 
+#[test]
+fn a_joint_held_near_its_target_gives_way_until_it_makes_way_or_is_told_another_target() {
+    const STRONG: i16 = STRONG_DRIVE as i16;
+    let position = 600 * TENTH - DEGREE;
+    // Reviews of which each counts, and the ceiling then.
+    let review = |joint: &mut Joint, position, drive, reviews: u8| {
+        joint.ceiling = FULL_DRIVE;
+        joint.period = 0;
+        assert!((0..reviews).all(|_| joint.review(position, drive, 0)));
+        joint.ceiling
+    };
+    let held_for = |reviews| {
+        let mut joint = moving();
+        (joint.mark, joint.setpoint) = (position, joint.target);
+        assert_eq!(review(&mut joint, position, STRONG, reviews), FULL_DRIVE);
+        joint
+    };
+    let held = || held_for(HELD);
+    assert_eq!(review(&mut held(), position, STRONG, 1), STRONG);
+    for (position, drive, why) in [
+        (position + WAY as i16 + 1, STRONG, "it makes way"),
+        (600 * TENTH - ARRIVED as i16, STRONG, "it is at its target"),
+    ] {
+        let mut joint = held();
+        assert_eq!(review(&mut joint, position, drive, 1), FULL_DRIVE, "{why}");
+        assert!(joint.held <= 1, "{why}");
+    }
+    let mut joint = held_for(HELD - 1);
+    review(&mut joint, position, STRONG - 1, 1);
+    assert_eq!(joint.held, 0, "it is not held by much");
+    for (target, ceiling) in [(600, STRONG), (610, FULL_DRIVE)] {
+        let mut joint = held();
+        joint.turn_to(target, 9);
+        joint.advance_setpoint(position);
+        assert_eq!(review(&mut joint, position, STRONG, 1), ceiling, "told {target}");
+    }
+}
+
 /// A joint at rest at 0 degrees.
 fn resting() -> Joint {
     let mut joint = Joint::new(JOINT);
