@@ -78,7 +78,7 @@ mod stack {
     pub static SEND_SOFT_UART: Stack<222> = Stack::new();
     pub static MOTORS: Stack<168> = Stack::new();
     pub static DEVICES: Stack<326> = Stack::new();
-    pub static BRIDGE: Stack<153> = Stack::new();
+    pub static BRIDGE: Stack<161> = Stack::new();
     pub static CONSOLE: Stack<634> = Stack::new();
     pub static INSPECTOR: Stack<80> = Stack::new();
 }

@@ -4,7 +4,7 @@
 use kernel::{Never, Task, Ticks, now};
 
 use super::protocol::{self, BridgeCounters, MAX_PACKET};
-use super::sender::{Sender, Step};
+use super::sender::{RETRY_LIMIT, Sender, Step};
 use crate::counter::Counter;
 use crate::device::{Bus, Transfer};
 use crate::mailbox::Mailbox;
@@ -13,6 +13,10 @@ use crate::router::Source;
 
 /// Messages that may wait to cross.
 pub const ROOM: u8 = 6;
+
+/// How often the bridge tries to deliver a message to a task, at most a tick apart. The other MCU tries as
+/// often to send the next one.
+const TRIES: u8 = RETRY_LIMIT;
 
 /// One side of the bridge. A `static`: its task runs on it, and readers of RAM find the [`BridgeCounters`] at
 /// its start.
@@ -57,12 +61,12 @@ pub fn run(
     mut bus: impl Bus,
     office: &'static PostOffice,
 ) -> Never {
-    let mut incoming = [0; MAX_PACKET];
+    let mut arrived = Arrived::new();
     let mut next = Next::new();
     let mut sender = Sender::new();
     loop {
         bridge.mailbox().wait(task);
-        match turn(task, bridge, &mut bus, office, (&mut incoming, &mut next, &mut sender)) {
+        match turn(task, bridge, &mut bus, office, (&mut arrived, &mut next, &mut sender)) {
             None => bridge.mailbox().cancel_alarm(task),
             // An alarm left from the previous packet rings before this one's is due, and is set anew then.
             Some(left) if sender.is_on_bus() => bridge.mailbox().wake_within(task, left),
@@ -73,7 +77,7 @@ pub fn run(
 
 /// The traffic of a bridge, both ways, for a caller that drives it without [`run`].
 pub struct Crossing {
-    incoming: [u8; MAX_PACKET],
+    arrived: Arrived,
     next: Next,
     sender: Sender,
 }
@@ -81,7 +85,7 @@ pub struct Crossing {
 impl Crossing {
     /// Nothing crosses yet.
     pub const fn new() -> Self {
-        Crossing { incoming: [0; MAX_PACKET], next: Next::new(), sender: Sender::new() }
+        Crossing { arrived: Arrived::new(), next: Next::new(), sender: Sender::new() }
     }
 
     /// Does all that there is to do. Call it after each signal of the bridge's mailbox, and after as many
@@ -94,7 +98,7 @@ impl Crossing {
         bus: &mut impl Bus,
         office: &'static PostOffice,
     ) -> Option<Ticks> {
-        turn(task, bridge, bus, office, (&mut self.incoming, &mut self.next, &mut self.sender))
+        turn(task, bridge, bus, office, (&mut self.arrived, &mut self.next, &mut self.sender))
     }
 }
 
@@ -105,7 +109,7 @@ fn turn(
     bridge: &'static Bridge,
     bus: &mut impl Bus,
     office: &'static PostOffice,
-    (incoming, next, sender): (&mut [u8; MAX_PACKET], &mut Next, &mut Sender),
+    (arrived, next, sender): (&mut Arrived, &mut Next, &mut Sender),
 ) -> Option<Ticks> {
     // The bus comes first: it is idle while it waits for this task.
     let outcome = bus.outcome(task);
@@ -117,8 +121,8 @@ fn turn(
             sender.begin(now(task));
         }
     }
-    if let Some(length) = bus.receive(task, incoming) {
-        take(task, bridge, office, incoming.get(..length).unwrap_or(&[]));
+    if arrived.take(task, bridge, bus, office) {
+        return Some(1);
     }
     let left = sender.poll_in(now(task))?;
     next.prepare(task, bridge);
@@ -194,16 +198,60 @@ impl Next {
     }
 }
 
-/// Delivers a message that has come in.
-fn take(task: &mut Task, bridge: &'static Bridge, office: &'static PostOffice, packet: &[u8]) {
+/// The packet that has come in last.
+struct Arrived {
+    packet: [u8; MAX_PACKET],
+    length: u8,
+    /// The tries left to deliver it; 0 if that is done.
+    tries_left: u8,
+}
+
+impl Arrived {
+    const fn new() -> Arrived {
+        Arrived { packet: [0; MAX_PACKET], length: 0, tries_left: 0 }
+    }
+
+    /// Delivers what has come in. Returns whether to look again soon: a message waits for room, or the one
+    /// that has waited may have kept another one back. One for a dock does not wait: its line may be busy for
+    /// long.
+    #[inline(always)]
+    fn take(
+        &mut self,
+        task: &mut Task,
+        bridge: &'static Bridge,
+        bus: &mut impl Bus,
+        office: &'static PostOffice,
+    ) -> bool {
+        let has_waited = self.tries_left > 0;
+        if !has_waited {
+            let Some(length) = bus.receive(task, &mut self.packet) else { return false };
+            (self.length, self.tries_left) = (length as u8, TRIES);
+        }
+        let packet = self.packet.get(..usize::from(self.length)).unwrap_or(&[]);
+        self.tries_left = deliver(task, bridge, office, packet, self.tries_left - 1);
+        has_waited || self.tries_left > 0
+    }
+}
+
+/// Delivers a message that has come in. Returns the tries left if it is to wait, else 0.
+#[inline(always)]
+fn deliver(
+    task: &mut Task,
+    bridge: &'static Bridge,
+    office: &'static PostOffice,
+    packet: &[u8],
+    tries_left: u8,
+) -> u8 {
     let Ok(message) = protocol::decode(packet) else {
-        return bridge.counters.errors.count(task);
+        bridge.counters.errors.count(task);
+        return 0;
     };
-    let delivered = office.deliver(task, message, Source::Bridge);
-    let counter = match delivered {
+    let counter = match office.deliver(task, message, Source::Bridge) {
         Ok(()) => &bridge.counters.messages_received,
+        Err(Undelivered::NoRoom) if message.to().dock().is_none() && tries_left > 0 => return tries_left,
         Err(Undelivered::NoRoom) => &bridge.counters.no_buffer,
         Err(Undelivered::Ignored | Undelivered::Refused) => &bridge.counters.ignored,
     };
     counter.count(task);
+    0
 }

@@ -1,14 +1,15 @@
 //! The bridge's tasks of both MCUs on one bus that refuses, hangs and spoils transfers: each message crosses
 //! once, in order, and the faults are counted.
 
+use std::sync::atomic::{AtomicU16, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use kernel::{Priority, Stack, Task, Ticks, host, now};
-use tasks::bridge::protocol::BridgeCounters;
+use tasks::bridge::protocol::{self, BridgeCounters, MAX_PACKET};
 use tasks::bridge::sender::{PAUSE, RETRY_LIMIT, TRANSFER_AT_MOST};
 use tasks::bridge::task::{self as bridge, Bridge, Crossing};
 use tasks::device::{Bus, Transfer};
-use tasks::dock::DockSet;
+use tasks::dock::{Dock, DockSet};
 use tasks::mailbox::Mailbox;
 use tasks::message::{Address, Message, TaskCode};
 use tasks::post_office::PostOffice;
@@ -43,6 +44,21 @@ struct Wires {
     fates: [fn(usize) -> Fate; 2],
     /// When each transfer began.
     began: [Vec<Ticks>; 2],
+}
+
+impl Wires {
+    /// Nothing has come yet.
+    fn new(mailboxes: [&'static Mailbox; 2], fates: [fn(usize) -> Fate; 2]) -> Self {
+        Wires {
+            come: [None, None],
+            outcomes: [None; 2],
+            late: [false; 2],
+            sent: Default::default(),
+            mailboxes,
+            fates,
+            began: Default::default(),
+        }
+    }
 }
 
 /// One MCU's end of the bus.
@@ -123,6 +139,15 @@ impl Bus for End {
     }
 }
 
+/// How soon an MCU's task hears the messages that have come for it.
+#[derive(Clone, Copy, PartialEq)]
+enum Hearing {
+    Soon,
+    /// Three are sent at once, and there is room for one.
+    Slow,
+    Never,
+}
+
 /// The result of a run, by MCU: the messages heard, the counts of the bridge, and when the transfers began.
 struct Outcome {
     heard: [Vec<u8>; 2],
@@ -140,9 +165,9 @@ const fn residents(task: TaskCode) -> Residents {
 
 /// Each MCU sends so many messages to the other's task, one in 15 ticks. The master's bridge runs as the
 /// bridge's task, the slave's is driven turn by turn.
-fn run(messages: u8, fates: [fn(usize) -> Fate; 2], is_listening: bool) -> Outcome {
+fn run(messages: u8, fates: [fn(usize) -> Fate; 2], hearing: Hearing) -> Outcome {
     let bridges = [0; 2].map(|_| forever(Bridge::new()));
-    let mailboxes = [0; 2].map(|_| forever(Mailbox::new(if is_listening { 8 } else { 1 })));
+    let mailboxes = [0; 2].map(|_| forever(Mailbox::new(if hearing == Hearing::Soon { 8 } else { 1 })));
     let nobody = forever(Mailbox::new(0));
     let residence = Residence { master: residents(TASKS[0]), slave: residents(TASKS[1]) };
     let office = |here: usize| {
@@ -155,15 +180,7 @@ fn run(messages: u8, fates: [fn(usize) -> Fate; 2], is_listening: bool) -> Outco
         })
     };
     let offices = [office(0), office(1)];
-    let wires = Arc::new(Mutex::new(Wires {
-        come: [None, None],
-        outcomes: [None; 2],
-        late: [false; 2],
-        sent: Default::default(),
-        mailboxes: bridges.map(Bridge::mailbox),
-        fates,
-        began: Default::default(),
-    }));
+    let wires = Arc::new(Mutex::new(Wires::new(bridges.map(Bridge::mailbox), fates)));
     let ends = [0, 1].map(|here| End(Arc::clone(&wires), here));
     let outcome = Arc::new(Mutex::new([None, None]));
     let written = Arc::clone(&outcome);
@@ -192,7 +209,9 @@ fn run(messages: u8, fates: [fn(usize) -> Fate; 2], is_listening: bool) -> Outco
                     let mut heard = Vec::new();
                     let mut hear = |task: &mut Task, ticks| {
                         task.delay(ticks);
-                        while is_listening && let Some(letter) = heard_at.take(task) {
+                        while hearing != Hearing::Never
+                            && let Some(letter) = heard_at.take(task)
+                        {
                             heard.extend(letter.payload());
                         }
                     };
@@ -201,7 +220,10 @@ fn run(messages: u8, fates: [fn(usize) -> Fate; 2], is_listening: bool) -> Outco
                         let payload = [number];
                         let message = Message::new(to, from, &payload).expect("it is short");
                         assert_eq!(office.deliver(task, message, Source::Task), Ok(()));
-                        hear(task, 15);
+                        let at_once = if hearing == Hearing::Slow { 3 } else { 1 };
+                        if number % at_once == at_once - 1 {
+                            (0..at_once).for_each(|_| hear(task, 15 / Ticks::from(at_once)));
+                        }
                     }
                     hear(task, 500);
                     written.lock().expect("no test panicked with it")[here] =
@@ -229,7 +251,7 @@ fn all() -> Vec<u8> {
 
 #[test]
 fn messages_cross_both_ways_and_in_order() {
-    let outcome = run(MESSAGES, [|_| Fate::Arrives; 2], true);
+    let outcome = run(MESSAGES, [|_| Fate::Arrives; 2], Hearing::Soon);
     assert_eq!(outcome.heard, [all(), all()]);
     for counters in outcome.counters {
         let (messages_sent, messages_received) = (MESSAGES.into(), MESSAGES.into());
@@ -243,7 +265,7 @@ fn messages_cross_both_ways_and_in_order() {
 
 #[test]
 fn a_packet_that_arrives_as_the_bus_is_freed_crosses_once() {
-    let outcome = run(MESSAGES, [|_| Fate::Late, |_| Fate::Arrives], true);
+    let outcome = run(MESSAGES, [|_| Fate::Late, |_| Fate::Arrives], Hearing::Soon);
     assert_eq!(outcome.heard, [all(), all()]);
     let messages = u16::from(MESSAGES);
     let counters = outcome.counters[0];
@@ -263,7 +285,7 @@ fn what_fails_is_sent_again_after_a_pause_and_a_bus_that_hangs_is_freed() {
     for way in 0..2 {
         let mut both: [fn(usize) -> Fate; 2] = [|_| Fate::Arrives; 2];
         both[way] = fates;
-        let outcome = run(MESSAGES, both, true);
+        let outcome = run(MESSAGES, both, Hearing::Soon);
         assert_eq!(outcome.heard, [all(), all()]);
         let counters = outcome.counters[way];
         assert_eq!((counters.messages_sent, counters.freed, counters.gave_up), (messages, messages, 0));
@@ -284,19 +306,72 @@ fn what_fails_is_sent_again_after_a_pause_and_a_bus_that_hangs_is_freed() {
 
 #[test]
 fn a_packet_that_the_other_mcu_never_takes_is_given_up() {
-    let outcome = run(3, [|_| Fate::Refused, |_| Fate::Arrives], true);
+    let outcome = run(3, [|_| Fate::Refused, |_| Fate::Arrives], Hearing::Soon);
     assert_eq!(outcome.heard, [vec![0, 1, 2], vec![]]);
     let counters = outcome.counters[0];
     assert_eq!((counters.gave_up, counters.messages_sent), (3, 0));
     assert_eq!(counters.retries, 3 * u16::from(RETRY_LIMIT));
 }
 
+/// A joint's order is said once, and so is that the joint has stalled.
+#[test]
+fn what_finds_no_room_waits_for_it() {
+    let messages = MESSAGES / 3 * 3;
+    let outcome = run(messages, [|_| Fate::Arrives; 2], Hearing::Slow);
+    for (heard, counters) in outcome.heard.into_iter().zip(outcome.counters) {
+        assert_eq!(heard, Vec::from_iter(0..messages));
+        assert_eq!((counters.no_buffer, counters.gave_up), (0, 0));
+    }
+}
+
+/// The turns in which the master's bridge tries to deliver a message for which there will never be room.
+fn tries(to: Address) -> u16 {
+    let (bridge, nobody) = (forever(Bridge::new()), forever(Mailbox::new(0)));
+    let residents = Residents { docks: DockSet::of(&[Dock::Front]), ..residents(TASKS[0]) };
+    let office = forever(PostOffice {
+        router: Router::new(Mcu::Master, Residence { master: residents, slave: self::residents(TASKS[1]) }),
+        tasks: forever([(TASKS[0], nobody)]),
+        devices: nobody,
+        links: forever([(Dock::Front, nobody)]),
+        bridge: bridge.mailbox(),
+    });
+    let message = Message::new(to, Address::here(TASKS[1]), &[]).expect("it is short");
+    let packet = protocol::encode(message, &mut [0; MAX_PACKET]).to_vec();
+    let wires = Wires { come: [Some(packet), None], ..Wires::new([nobody; 2], [|_| Fate::Arrives; 2]) };
+    let mut end = End(Arc::new(Mutex::new(wires)), 0);
+    let tries: &AtomicU16 = forever(AtomicU16::new(1));
+    let stack: &'static Stack<8000> = forever(Stack::new());
+    host::run_for(
+        100,
+        move |boot| {
+            let cross = move |task: &mut Task| {
+                let mut crossing = Crossing::new();
+                loop {
+                    crossing.turn(task, bridge, &mut end, office);
+                    let is_lost = bridge.counters(task).no_buffer > 0;
+                    tries.fetch_add(u16::from(!is_lost), Relaxed);
+                    task.delay(1);
+                }
+            };
+            stack.start(boot, Priority::P1, cross).expect("the stack is free");
+        },
+        |_, _| {},
+    );
+    tries.load(Relaxed)
+}
+
+#[test]
+fn what_is_for_a_task_waits_and_what_is_for_a_dock_does_not() {
+    assert_eq!(tries(Address::here(TASKS[0])), RETRY_LIMIT.into());
+    assert_eq!(tries(Address::beyond(Dock::Front, TASKS[0])), 1);
+}
+
 #[test]
 fn what_came_in_spoilt_or_finds_no_room_is_counted_and_dropped() {
-    let outcome = run(5, [|_| Fate::Spoilt, |_| Fate::Arrives], true);
+    let outcome = run(5, [|_| Fate::Spoilt, |_| Fate::Arrives], Hearing::Soon);
     assert_eq!(outcome.heard, [(0..5).collect(), vec![]]);
     assert_eq!((outcome.counters[1].errors, outcome.counters[1].messages_received), (5, 0));
-    let outcome = run(5, [|_| Fate::Arrives; 2], false);
+    let outcome = run(5, [|_| Fate::Arrives; 2], Hearing::Never);
     for counters in outcome.counters {
         assert_eq!((counters.no_buffer, counters.messages_received), (4, 1));
     }
