@@ -35,6 +35,11 @@ impl Line {
     pub fn right(&mut self, width: usize, write: impl FnOnce(&mut Line) -> Result<(), Infallible>) {
         let start = self.0.len();
         let Ok(()) = write(self);
+        self.align_right(start, width);
+    }
+
+    /// Moves what stands from `start` on to the right, so that it takes `width` characters.
+    fn align_right(&mut self, start: usize, width: usize) {
         let end = self.0.len();
         for _ in 0..width.saturating_sub(end - start) {
             self.push(b' ');
