@@ -1,6 +1,7 @@
 //! A line of text.
 
 use core::convert::Infallible;
+use core::mem;
 
 use ufmt::uWrite;
 
@@ -31,6 +32,11 @@ impl Line {
         let _ = self.0.push(character);
     }
 
+    /// Writes several characters.
+    pub fn append(&mut self, characters: &[u8]) {
+        characters.iter().for_each(|&character| self.push(character));
+    }
+
     /// Writes the output of `write`, right-aligned with spaces to `width` characters.
     pub fn right(&mut self, width: usize, write: impl FnOnce(&mut Line) -> Result<(), Infallible>) {
         let start = self.0.len();
@@ -38,20 +44,15 @@ impl Line {
         self.align_right(start, width);
     }
 
-    /// Moves what stands from `start` on to the right, so that it takes `width` characters.
+    /// Puts spaces before what stands from `start` on, so that it takes `width` characters.
     fn align_right(&mut self, start: usize, width: usize) {
-        let end = self.0.len();
-        for _ in 0..width.saturating_sub(end - start) {
-            self.push(b' ');
-        }
-        let length = self.0.len();
-        // Each character moves right by the number of pushed spaces, the last one first.
-        for index in (start..length).rev() {
-            let before = index.checked_sub(length - end).filter(|&before| before >= start);
-            let character = before.and_then(|before| self.0.get(before)).copied().unwrap_or(b' ');
-            if let Some(slot) = self.0.get_mut(index) {
-                *slot = character;
+        for _ in self.0.len() - start..width {
+            if self.0.push(b' ').is_err() {
+                return;
             }
+            // Each character takes the place of the next one.
+            let mut before = b' ';
+            self.0.iter_mut().skip(start).for_each(|place| mem::swap(place, &mut before));
         }
     }
 }
@@ -60,7 +61,7 @@ impl uWrite for Line {
     type Error = Infallible;
 
     fn write_str(&mut self, text: &str) -> Result<(), Infallible> {
-        text.bytes().for_each(|character| self.push(character));
+        self.append(text.as_bytes());
         Ok(())
     }
 }

@@ -325,7 +325,7 @@ impl Report {
     fn write(&self, section: Section, line: &mut Line) -> bool {
         match (section, self.row) {
             (Section::Title, 0) => {
-                let Ok(()) = uwrite!(line, "SuperBot {}", env!("CARGO_PKG_VERSION"));
+                line.append(concat!("SuperBot ", env!("CARGO_PKG_VERSION")).as_bytes());
                 Some(())
             }
             (Section::Cpu(mcu), 0) => self.write_cpu(mcu, line),
@@ -349,15 +349,14 @@ impl Report {
             if causes >> bit & 1 != 0 {
                 let Ok(()) = line.write_str(before);
                 before = ", ";
-                write_word(&cause, line);
+                line.append(cause.trim_ascii_end());
             }
         }
         Some(())
     }
 
     fn write_task(&self, mcu: Mcu, index: u8, line: &mut Line) -> Option<()> {
-        let task = tasks(mcu).get(index.into())?;
-        task.iter().for_each(|&character| line.push(character));
+        line.append(&tasks(mcu).get(index.into())?);
         let [column, ..] = &self.columns;
         for row in 0..3 {
             let word = column.get(row)?;
@@ -367,8 +366,7 @@ impl Report {
     }
 
     fn write_counts(&self, table: Table, row: u8, line: &mut Line) -> Option<()> {
-        let name = table.rows().get(row.into())?;
-        name.iter().for_each(|&character| line.push(character));
+        line.append(&table.rows().get(row.into())?);
         for (column, _) in self.columns.iter().zip(table.heads()) {
             match column.get(row) {
                 Some(count) => line.right(WIDTH, |line| uwrite!(line, "{}", count)),
@@ -404,9 +402,4 @@ const fn name(mcu: Mcu) -> &'static str {
         Mcu::Master => "master",
         Mcu::Slave => "slave",
     }
-}
-
-/// A word without the spaces behind it.
-fn write_word(word: &Word, line: &mut Line) {
-    word.trim_ascii_end().iter().for_each(|&character| line.push(character));
 }
