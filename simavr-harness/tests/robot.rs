@@ -166,7 +166,7 @@ fn what_is_detached_or_without_power_passes_nothing_on() {
 
 #[test]
 fn a_dock_before_an_obstacle_hears_itself() {
-    let mut engine = Engine::new(chain(&relay(), 2, 0), 1);
+    let mut engine = Engine::new(chain(&relay(), 1, 0), 1);
     engine.run_until(30 * MILLISECOND);
     let heard = |engine: &Engine, module| {
         let mcu = engine.robot().module(module).unwrap().mcu(Controller::Slave);

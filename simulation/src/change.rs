@@ -95,9 +95,11 @@ impl Change {
                 Links::All => Ok(()),
                 Links::From(face) => wiring.expect_attached(face),
             },
-            Change::Obstacle { at, .. } => wiring.check(at.module),
+            Change::Obstacle { at, is_there: false } => wiring.check(at.module),
             Change::Roll(_) => Ok(()),
-            Change::Command { at, .. } | Change::Console(at) => wiring.expect_free(at),
+            Change::Obstacle { at, is_there: true } | Change::Command { at, .. } | Change::Console(at) => {
+                wiring.expect_free(at)
+            }
         }
     }
 

@@ -8,7 +8,7 @@ use simulation::{
     Change, Event, Face, Links, MILLISECOND, Native, Passage, Placing, Recording, Robot, Run, Scenario,
     Shape, View, Wiring,
 };
-use tasks::dock::Dock::{Back, Front, Left};
+use tasks::dock::Dock::{Back, Front, Left, Up};
 use tasks::dock::{Dock, DockSet};
 
 const EVERY: u64 = 40 * MILLISECOND;
@@ -171,7 +171,7 @@ fn a_module_that_never_had_neighbours_knows_what_it_is() {
 
 #[test]
 fn what_happens_is_said_in_words() {
-    let face = Face { module: 1, dock: Left };
+    let face = Face { module: 1, dock: Up };
     let Scenario { timeline, .. } = Scenario::from_toml(
         "modules = 10\nshape = \"centipede\"\n[[event]]\nat = 0.1\nloss = 0.07\n[[event]]\nat = 0.2\nkill = 4\n",
     )
@@ -185,7 +185,7 @@ fn what_happens_is_said_in_words() {
         [
             (100, "7 % of frames lost on all links"),
             (200, "the power of module 4 fails"),
-            (300, "an obstacle before 1.Left"),
+            (300, "an obstacle before 1.Up"),
         ]
     );
     assert_eq!(recording.losses, None, "natively nobody counts frames that are lost");

@@ -96,18 +96,27 @@ fn plan(seed: u64) -> (String, u64) {
     let modules = Scenario::from_toml(&robot).expect("the robot is right").wiring.modules();
     let (mut at, mut events) = (1000 + random.below(5000), Vec::new());
     let wanted = 1 + random.below(6);
+    let is_possible = |file: &str| Scenario::from_toml(file).is_ok();
     for _ in 0..200 {
         events.push((at, change(&mut random, modules)));
-        if Scenario::from_toml(&file(&robot, &events)).is_err() {
-            events.pop();
-        } else {
+        // An obstacle takes its turn also where there is no room for it.
+        if is_possible(&file(&robot, &events).replace("obstacle", "clear")) {
             at += if random.chance(0.3) { random.below(60) } else { random.below(9000) };
+        } else {
+            events.pop();
         }
         if events.len() == wanted {
             break;
         }
     }
-    (file(&robot, &events), at as u64 / 1000 + 20)
+    let mut possible = Vec::new();
+    for event in events {
+        possible.push(event);
+        if !is_possible(&file(&robot, &possible)) {
+            possible.pop();
+        }
+    }
+    (file(&robot, &possible), at as u64 / 1000 + 20)
 }
 
 /// The robot may have no head, or may not hear an order: that is the file's.

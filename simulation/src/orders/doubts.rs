@@ -1,6 +1,6 @@
-//! Bodies of which nobody outside knows which of two orders they follow, for a link may fail while an order
-//! is on its way, two modules may be ordered at once, and a module may be ordered before it knows the order of
-//! the body that it has joined.
+//! Bodies of which nobody outside knows which of two orders they follow. A link may fail while an order is on
+//! its way. Two modules may be ordered at once. A module may be ordered before it knows the order of the body
+//! that it has joined.
 
 use std::sync::Arc;
 
