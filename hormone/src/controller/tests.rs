@@ -1,11 +1,16 @@
 use core::num::NonZeroU8;
 
 use super::*;
+use crate::action::Posture;
+use crate::data::Data;
 use crate::election::Token;
 use crate::gait::{GAITS, GaitName};
-use crate::order::Steer;
+use crate::order::{Course, Order, Steer, What};
+use crate::pace::Pace;
+use crate::period::Period;
 use crate::sense::Sense::UpsideDown;
 use crate::sense::{LASTS, between_readings};
+use crate::standing::{STOP, Standing};
 use Action::{Holding, HoldingOver, Rest, Straight, Swing, SwingOver};
 use Data::{A, B};
 use Dock::{Back, Down, Front, Left, Right, Up};
