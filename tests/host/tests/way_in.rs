@@ -75,6 +75,9 @@ fn a_command_that_is_none_gets_the_list() {
         let (status, text) = said(x(X, arguments));
         assert_eq!(status, Some(2));
         assert!(text.contains("./x sim [ARGS]"), "{text}");
+        // Last, as the list is longer than a screen.
+        let why = format!("x: there is no command {}: see above\n", arguments[0]);
+        assert!(text.ends_with(&why), "{text}");
     }
 }
 
