@@ -97,18 +97,15 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    /// What some have to spare. With the tasks of a trial the RAM is full.
-    const SPARE: usize = if cfg!(feature = "trial") { 0 } else { 1 };
-
-    pub static RECEIVE: Stack<{ 285 + SPARE }> = Stack::new();
-    pub static SEND_USART0: Stack<{ 221 + SPARE }> = Stack::new();
-    pub static SEND_USART1: Stack<{ 221 + SPARE }> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<{ 221 + SPARE }> = Stack::new();
-    pub static MOTORS: Stack<206> = Stack::new();
-    pub static DEVICES: Stack<281> = Stack::new();
-    pub static BRIDGE: Stack<161> = Stack::new();
-    pub static AC_RECEIVE: Stack<140> = Stack::new();
-    pub static AC_SEND: Stack<122> = Stack::new();
+    pub static RECEIVE: Stack<282> = Stack::new();
+    pub static SEND_USART0: Stack<209> = Stack::new();
+    pub static SEND_USART1: Stack<209> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<209> = Stack::new();
+    pub static MOTORS: Stack<199> = Stack::new();
+    pub static DEVICES: Stack<277> = Stack::new();
+    pub static BRIDGE: Stack<159> = Stack::new();
+    pub static AC_RECEIVE: Stack<132> = Stack::new();
+    pub static AC_SEND: Stack<114> = Stack::new();
     pub static HORMONE: Stack<392> = Stack::new();
     pub static INSPECTOR: Stack<80> = Stack::new();
 }

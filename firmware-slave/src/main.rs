@@ -72,14 +72,14 @@ static OFFICE: PostOffice = PostOffice {
 mod stack {
     use super::Stack;
 
-    pub static RECEIVE: Stack<286> = Stack::new();
-    pub static SEND_USART0: Stack<222> = Stack::new();
-    pub static SEND_USART1: Stack<222> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<222> = Stack::new();
-    pub static MOTORS: Stack<168> = Stack::new();
-    pub static DEVICES: Stack<326> = Stack::new();
-    pub static BRIDGE: Stack<161> = Stack::new();
-    pub static CONSOLE: Stack<634> = Stack::new();
+    pub static RECEIVE: Stack<282> = Stack::new();
+    pub static SEND_USART0: Stack<209> = Stack::new();
+    pub static SEND_USART1: Stack<209> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<209> = Stack::new();
+    pub static MOTORS: Stack<162> = Stack::new();
+    pub static DEVICES: Stack<310> = Stack::new();
+    pub static BRIDGE: Stack<159> = Stack::new();
+    pub static CONSOLE: Stack<615> = Stack::new();
     pub static INSPECTOR: Stack<80> = Stack::new();
 }
 
