@@ -1,0 +1,112 @@
+//! The pins of an instance.
+
+use std::ffi::{c_int, c_void};
+
+use simavr_ffi as ffi;
+
+use super::{Cpu, Driven};
+
+/// Mask of a pin's level in the value that simavr signals; the bits above it tell what drives the pin.
+pub(crate) const LEVEL: u32 = 0xff;
+
+/// simavr's name for a request to a port: three letters and the port's own.
+fn ioctl(kind: &[u8; 3], port: char) -> u32 {
+    u32::from_be_bytes([kind[0], kind[1], kind[2], port as u8])
+}
+
+impl Cpu {
+    /// Drives a pin from outside to `level`, until the next call for that pin.
+    pub fn drive_pin(self, port: char, bit: u8, level: bool) {
+        // SAFETY: `control` lives as long as the instance, and the reference ends here.
+        let driven = unsafe { &mut (*self.control()).driven };
+        let of_port = driven.entry(port).or_default();
+        let mask = 1 << bit;
+        of_port.mask |= mask;
+        of_port.levels = if level { of_port.levels | mask } else { of_port.levels & !mask };
+        let of_port = *of_port;
+        self.raise_pin(port, bit, level, of_port);
+    }
+
+    /// Restores the levels of all pins that the outside drives, after a reset has dropped them.
+    pub fn restore_pins(self) {
+        // SAFETY: `control` lives as long as the instance, and the reference ends with the clone.
+        let driven = unsafe { (*self.control()).driven.clone() };
+        for (port, of_port) in driven {
+            for bit in (0..8).filter(|bit| of_port.levels & 1 << bit != 0) {
+                self.raise_pin(port, bit, true, of_port);
+            }
+        }
+    }
+
+    /// Tells simavr which pins of the port are driven, so that no internal pull-up overrides them, and then
+    /// raises the level of one pin.
+    fn raise_pin(self, port: char, bit: u8, level: bool, driven: Driven) {
+        // SAFETY: the structure holds integers only, for which zero is a value.
+        let mut pull: ffi::avr_ioport_external_t = unsafe { std::mem::zeroed() };
+        pull.set_name(port as _);
+        pull.set_mask(driven.mask.into());
+        pull.set_value(driven.levels.into());
+        // SAFETY: simavr reads `pull` during the call only.
+        unsafe { ffi::avr_ioctl(self.as_ptr(), ioctl(b"iop", port), (&raw mut pull).cast()) };
+        self.signal_pin(port, bit, level.into());
+    }
+
+    /// simavr's signal of a pin; null if the part does not have it.
+    pub fn pin_irq(self, port: char, bit: u8) -> *mut ffi::avr_irq_t {
+        // SAFETY: simavr looks up the pin by itself.
+        unsafe { ffi::avr_io_getirq(self.as_ptr(), ioctl(b"iog", port), c_int::from(bit)) }
+    }
+
+    /// Signals a value at a pin; nothing if the part does not have it.
+    fn signal_pin(self, port: char, bit: u8, value: u32) {
+        let pin = self.pin_irq(port, bit);
+        if !pin.is_null() {
+            // SAFETY: the signal lives as long as the instance.
+            unsafe { ffi::avr_raise_irq(pin, value) }
+        }
+    }
+
+    /// Sets a pin to the level that a compare unit outputs.
+    pub fn output_pin(self, port: char, bit: u8, level: bool) {
+        self.signal_pin(port, bit, ffi::AVR_IOPORT_OUTPUT | u32::from(level));
+    }
+
+    /// Disconnects the capture unit of simavr's timer `timer` from a pin.
+    pub fn disconnect_capture(self, timer: char, port: char, bit: u8) {
+        // SAFETY: both signals live as long as the instance.
+        unsafe {
+            let input = ffi::TIMER_IRQ_IN_ICP as c_int;
+            let capture = ffi::avr_io_getirq(self.as_ptr(), ioctl(b"tmr", timer), input);
+            ffi::avr_unconnect_irq(self.pin_irq(port, bit), capture);
+        }
+    }
+
+    /// Passes only the bare level of a pin to the external interrupt there, which has the same number as the
+    /// pin.
+    pub fn show_external_interrupt_levels_only(self, port: char, bit: u8) {
+        // SAFETY: both signals live as long as the instance, and `show_level` takes the second one.
+        unsafe {
+            let interrupt = ffi::avr_io_getirq(self.as_ptr(), u32::from_be_bytes(*b"int "), c_int::from(bit));
+            let pin = self.pin_irq(port, bit);
+            ffi::avr_unconnect_irq(pin, interrupt);
+            ffi::avr_irq_register_notify(pin, Some(show_level), interrupt.cast());
+        }
+    }
+
+    /// The level of each pin of a port as it could be measured outside: the output latch where the
+    /// pin is an output, the input elsewhere.
+    pub fn pins(self, port: char) -> u8 {
+        // SAFETY: the structure holds integers only, for which zero is a value.
+        let mut state: ffi::avr_ioport_state_t = unsafe { std::mem::zeroed() };
+        // SAFETY: simavr fills `state` in if the part has the port, and leaves it alone if not.
+        unsafe { ffi::avr_ioctl(self.as_ptr(), ioctl(b"ios", port), (&raw mut state).cast()) };
+        let (latch, direction, input) = (state.port(), state.ddr(), state.pin());
+        (latch & direction | input & !direction) as u8
+    }
+}
+
+/// Passes a pin's level on to the signal in `parameter`.
+unsafe extern "C" fn show_level(_pin: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {
+    // SAFETY: `show_external_interrupt_levels_only` registered this with a signal of the same instance.
+    unsafe { ffi::avr_raise_irq(parameter.cast(), (value & LEVEL != 0).into()) }
+}
