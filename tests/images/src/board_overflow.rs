@@ -14,7 +14,7 @@ use kernel::{Never, Priority, Semaphore, Stack, Task};
 static NEVER: Semaphore = Semaphore::new(0);
 /// Two bytes less than the task needs when it blocks.
 #[unsafe(no_mangle)]
-static SMALL: Stack<88> = Stack::new();
+static SMALL: Stack<86> = Stack::new();
 
 kernel::stack_overflow!(board::panic::record_overflow_and_reset);
 
