@@ -15,8 +15,8 @@ pub(super) static OPERATIONS: MaskedCell<Lent> = MaskedCell::new(Lent(NO_OPERATI
 /// Posted when it has ended.
 pub(super) static IS_ENDED: Semaphore = Semaphore::new(0);
 
-/// Whether the program has started [`I2c`](super::I2c). In one that never does, the compiler leaves nothing of
-/// transactions.
+/// Whether the program has started [`I2c`](super::I2c). In one that never does, the compiler leaves nothing
+/// of transactions.
 pub(super) static IS_STARTED: MaskedCell<bool> = MaskedCell::new(false);
 
 /// The operations of a transaction.

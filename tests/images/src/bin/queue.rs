@@ -20,7 +20,8 @@ kernel::main!(|boot| {
                 Err(exhausted) => mark(0xe0 | (exhausted.0.0 & 0x0f)), // not before 14
                 Ok(message) => match READINGS.send(task, message) {
                     Ok(()) => mark(value),
-                    Err(full) => mark(0xf0 | (full.0.0 & 0x0f)), // 12 and 13 find no room, and go back to the pool
+                    // 12 and 13 find no room, and go back to the pool.
+                    Err(full) => mark(0xf0 | (full.0.0 & 0x0f)),
                 },
             }
         }
