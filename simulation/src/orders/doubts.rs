@@ -203,6 +203,7 @@ mod tests {
             assert_eq!(gaits(None, &ordered, said), [Some(counts as u8); 2], "{apart} {said:?}");
         }
     }
+
     #[test]
     fn between_an_order_to_stop_and_one_to_walk_it_counts_whether_any_module_acts() {
         let chain = Shape::Chain.wiring(6).unwrap();
