@@ -23,22 +23,32 @@ const FLAGS = [
 /** The key of a web element in the protocol's answers. */
 const ELEMENT = "element-6066-11e4-a52e-4f735466cecf";
 
+/** Starts chromedriver. It ends if the port that it chose is free for IPv6 and not for IPv4; then it is started
+ * again, up to nine times. */
+async function startDriver(tries = 10) {
+    const driver = spawn("chromedriver", ["--port=0"], { stdio: ["ignore", "pipe", "inherit"] });
+    let said = "";
+    const port = await new Promise((resolve, reject) => {
+        driver.stdout.on("data", (text) => {
+            said += text;
+            const found = /successfully on port (\d+)/.exec(said);
+            if (found) resolve(found[1]);
+        });
+        driver.on("error", reject);
+        driver.on("close", () => resolve(null));
+    });
+    if (port !== null) return { driver, port };
+    if (tries > 1 && said.includes("port not available")) return startDriver(tries - 1);
+    throw new Error(`chromedriver ended: ${said}`);
+}
+
 export class Browser {
     /** Starts a browser with a window of this size. */
     static async start({ width = 1280, height = 720 } = {}) {
         const browser = new Browser();
         browser.profile = mkdtempSync(join(tmpdir(), "superbot-browser-"));
-        browser.driver = spawn("chromedriver", ["--port=0"], { stdio: ["ignore", "pipe", "inherit"] });
-        const port = await new Promise((resolve, reject) => {
-            let said = "";
-            browser.driver.stdout.on("data", (text) => {
-                said += text;
-                const found = /successfully on port (\d+)/.exec(said);
-                if (found) resolve(found[1]);
-            });
-            browser.driver.on("error", reject);
-            browser.driver.on("exit", () => reject(new Error(`chromedriver ended: ${said}`)));
-        });
+        const { driver, port } = await startDriver();
+        browser.driver = driver;
         browser.address = `http://127.0.0.1:${port}/session`;
         const args = [...FLAGS, `--window-size=${width},${height}`, `--user-data-dir=${browser.profile}`];
         const chrome = { args, binary: process.env.CHROMIUM ?? "/usr/bin/chromium" };
