@@ -287,7 +287,7 @@ fn where_an_order_and_a_change_meet_the_robot_decides_what_it_has_heard() {
     }
 }
 
-/// A module may be ordered before it knows what stands in its body, and orders may meet on their way.
+/// A module may be ordered before it knows the standing order of its body, and orders may meet on their way.
 #[test]
 fn which_of_two_orders_counts_is_decided_by_the_robot() {
     let chain = "shape = \"chain\"\nmodules = 8";

@@ -227,9 +227,12 @@ fn levels_say_what_the_timeline_says() {
     let middles = &middles[1..];
     let exact = middles.iter().filter(|middle| off(middle) <= 1).count();
     assert!(exact * 10 > middles.len() * 9, "{exact} of {} pulses", middles.len());
-    // At full drive there is no pause between pulses, for whole periods of the control.
-    let is_pulse = |pulse: &&[(u64, bool)]| (pulse[1].0 - pulse[0].0) % 16_000 <= 800;
-    assert!(pulses.iter().all(|pulse| pulse[0].1 && !pulse[1].1 && is_pulse(pulse)));
+    assert!(pulses.iter().all(|pulse| pulse[0].1 && !pulse[1].1));
+    // At full drive there is no pause between pulses, for whole periods of the control. That is rare.
+    let (pulses, full): (Vec<u64>, Vec<u64>) =
+        pulses.iter().map(|pulse| pulse[1].0 - pulse[0].0).partition(|&cycles| cycles <= 800);
+    assert!(full.iter().all(|cycles| cycles % 16_000 <= 800), "{full:?}");
+    assert!(full.len() * 1_000 < pulses.len(), "{} of {} pulses", full.len(), pulses.len());
 }
 
 #[test]
