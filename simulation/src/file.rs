@@ -1,4 +1,4 @@
-//! Robots from TOML files; docs/simulator.md has the format.
+//! Robots from TOML files; docs/robot-files.md has the format.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
