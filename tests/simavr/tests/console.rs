@@ -41,7 +41,7 @@ const SLAVE: [(&str, &str, u16); 9] = [
     ("inspector", "INSPECTOR", 7),
 ];
 
-/// The fields of the counters, as docs/robot.md lists them.
+/// The fields of the counters, as docs/inside.md lists them.
 const LINK: [&str; 12] = [
     "frames_sent",
     "frames_received",

@@ -77,7 +77,7 @@ fn while_hormone_hangs_neighbours_are_heard_and_probed_and_joints_controlled() {
         assert!(engine.cycle() < 6000 * MILLISECOND, "HORMONE does not run");
         engine.run_until(engine.cycle() + 160);
     }
-    // The first counts of each symbol: docs/robot.md lists them.
+    // The first counts of each symbol: docs/inside.md lists them.
     let count = |engine: &Engine, symbol: &str, index: usize| {
         let master = engine.robot().module(1).expect("there are three").mcu(Controller::Master);
         let bytes = master.read_symbol(symbol).expect("the image has it");
