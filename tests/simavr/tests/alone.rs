@@ -1,5 +1,4 @@
-//! The programs of docs/own-program.md, "The kernel alone" and "Beside avr-hal", which `./x test` builds as they stand
-//! there.
+//! The programs of docs/own-program.md, which `./x test` builds as they stand there.
 
 use std::sync::Arc;
 
