@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use stack_bound::{Annotations, Image};
-use time_bound::{Bounds, NoteError, Notes};
+use time_bound::{Bounds, NoteError, Notes, limits};
 
 const NOTES: &str = "\
 __vector_1 = 10
@@ -73,6 +73,35 @@ fn each_bound_is_exact() {
     assert_eq!(bounds.masked_by_instructions(), 12);
     let jobs: Vec<_> = bounds.jobs.iter().map(|job| (job.function.as_str(), job.cycles)).collect();
     assert_eq!(jobs, [("task", 10)]);
+}
+
+/// A count begins where the loop is entered, at the function's begin, or at the job's.
+#[test]
+fn limits_name_the_instructions_that_count_and_where_a_count_begins() {
+    let image = image();
+    let notes = NOTES.replace("4(5)", "4(5!)");
+    let notes = Notes::parse(&notes, &image).expect("the notes fit the image");
+    let limits = limits(&image, &Annotations::default(), &notes).expect("the notes fit");
+    let found: Vec<_> = limits
+        .iter()
+        .map(|limit| {
+            let function =
+                limit.name.split(' ').next().and_then(|name| image.function(name)).expect("it is there");
+            let offsets =
+                |at: &std::collections::BTreeSet<u32>| at.iter().map(|at| at - function).collect::<Vec<_>>();
+            (limit.name.as_str(), offsets(&limit.counted), limit.most, offsets(&limit.begins))
+        })
+        .collect();
+    assert_eq!(
+        found,
+        [
+            ("__vector_1", vec![8], 10, vec![6]),
+            ("__vector_2", vec![2], 4, vec![0]),
+            ("__vector_2", vec![8], 5, vec![0]),
+            ("masks", vec![4], 4, vec![2]),
+            ("__vector_4 -> long", vec![2, 6], 1, vec![0]),
+        ]
+    );
 }
 
 #[test]

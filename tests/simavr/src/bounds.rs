@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use simavr_harness::Engine;
 use stack_bound::{Annotations, Image};
 use tasks::motor::Axis;
-use time_bound::{Bounds, Notes};
+use time_bound::{Bounds, Limit, Notes, limits};
 
 use crate::images;
 
@@ -40,6 +40,15 @@ impl Noted {
     pub fn bounds(&self) -> Bounds {
         let bounds = Bounds::new(&self.image, &self.annotations, &self.loops);
         bounds.unwrap_or_else(|problems| panic!("{}: {problems:?}", self.name))
+    }
+
+    /// How often its loops go round at most, and calls are made.
+    ///
+    /// # Panics
+    /// When the notes do not fit.
+    pub fn limits(&self) -> Vec<Limit> {
+        let limits = limits(&self.image, &self.annotations, &self.loops);
+        limits.unwrap_or_else(|problems| panic!("{}: {problems:?}", self.name))
     }
 }
 

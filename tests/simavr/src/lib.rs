@@ -15,6 +15,7 @@ pub mod stacks;
 pub mod storm;
 pub mod sweep;
 pub mod target;
+pub mod times;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

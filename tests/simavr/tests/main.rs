@@ -22,6 +22,7 @@ mod images;
 mod kernel;
 mod legs;
 mod link;
+mod loops;
 mod memory;
 mod model;
 mod monitor;

@@ -12,7 +12,7 @@ use time_bound::{Bounds, Job};
 const SECOND: u64 = CLOCK_HZ as u64;
 
 /// The module under test.
-const FLOODED: usize = 0;
+pub(super) const FLOODED: usize = 0;
 
 /// The task whose last loop is a period of the joints' control.
 const JOINTS: &str = "tasks::motor::task";
@@ -22,7 +22,7 @@ const TURN: u64 = SECOND / 20;
 const TURNS: u64 = 16;
 
 /// A module with neighbours at all docks that send as fast as they can; one of them asks its console.
-fn flooded() -> Engine {
+pub(super) fn flooded() -> Engine {
     let neighbour = |master, slave| Images { master: image(master), slave: image(slave) };
     let neighbours = [
         (Dock::Front, Dock::Back, neighbour("flood_side", "flood_back")),
