@@ -33,7 +33,13 @@ fn checks() -> String {
         "kernel_switch <= 0x10000",
         "the tables of kernel::flash! reach beyond the low 64 KB of flash",
     );
-    vectors.chain([tables]).collect()
+    // The linker counts the data space from 0x800000. Links tell an object there from a number by its address.
+    let variables = check(
+        "kernel_switch",
+        "__data_start >= 0x800100 && __stack < 0x8000",
+        "the kernel needs an MCU whose SRAM begins at 0x100 or above and ends below 0x8000",
+    );
+    vectors.chain([tables, variables]).collect()
 }
 
 /// Checks that `condition` holds if the program has `symbol`.

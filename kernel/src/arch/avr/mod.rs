@@ -58,6 +58,12 @@ pub use vectors::vector_number;
 #[cfg(feature = "cpu-time")]
 use crate::critical::Masked;
 
+#[cfg(not(target_feature = "jmpcall"))]
+compile_error!("the kernel needs an AVR with the instructions JMP and CALL: name another with -Ctarget-cpu");
+// The XMEGA and later AVRs end an interrupt by RETI alone. The kernel leaves it by `ret`.
+#[cfg(target_feature = "lowbytefirst")]
+compile_error!("the kernel is for classic AVRs, and this is none: name another with -Ctarget-cpu");
+
 /// Bytes of a return address. An MCU has `eijmp` if it needs 3.
 const PROGRAM_COUNTER: usize = if cfg!(target_feature = "eijmpcall") { 3 } else { 2 };
 
