@@ -123,8 +123,18 @@ impl Image {
 
     /// The name of the function at an address.
     pub fn name(&self, address: u32) -> &str {
+        self.symbol(address).map_or("?", |(_, name)| name)
+    }
+
+    /// The start of the function at an address.
+    pub(crate) fn start(&self, address: u32) -> u32 {
+        self.symbol(address).map_or(0, |&(at, _)| at)
+    }
+
+    /// The last symbol up to an address.
+    fn symbol(&self, address: u32) -> Option<&(u32, String)> {
         let after = self.symbols.partition_point(|&(at, _)| at <= address);
-        self.symbols[..after].last().map_or("?", |(_, name)| name)
+        self.symbols[..after].last()
     }
 
     /// The name of the body of the task whose code begins at `entry`.

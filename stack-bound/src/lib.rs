@@ -20,8 +20,8 @@
 //! - No code writes into pushed registers or return addresses, or to SPL and SPH through a pointer.
 //! - An interrupt may occur anywhere in a task; elsewhere only from an instruction that enables interrupts up
 //!   to one that masks them. Code that writes SREG writes a value that it has read there.
-//! - If a handler calls a function that enables interrupts, no interrupt that occurs then reaches the same
-//!   function: the tick does not expire timers while it expires timers.
+//! - While a handler has interrupts enabled within a function, its own interrupt does not reach that function
+//!   again: the tick does not expire timers while it expires timers.
 //! - Only `kernel_switch` moves to another task's stack; it comes back to contexts whose stack pointer it has
 //!   saved. An interrupt compares SP with `__heap_start` to find out whether it has preempted code on a
 //!   task's stack.
@@ -136,10 +136,12 @@ pub fn depths(image: &Image) -> BTreeMap<u32, i32> {
 /// stack, once they have moved there.
 fn interrupts(program: &mut Program, kernel: &mut Usage) -> Usage {
     let mut usage = Usage::default();
-    for vector in program.image.vectors() {
-        let function = program.function(vector);
-        usage.raise_to_call("an interrupt", program.image.return_address.into(), &function.own);
-        kernel.raise_to(&function.kernel);
+    // Several vectors may have one handler.
+    for (vector, handler) in program.image.vectors().enumerate() {
+        let function = program.function(handler);
+        let own = function.own.of_handler(vector);
+        usage.raise_to_call("an interrupt", program.image.return_address.into(), &own);
+        kernel.raise_to(&function.kernel.of_handler(vector));
     }
     usage
 }

@@ -312,7 +312,8 @@ impl<'a> Program<'a> {
         let bytes = u32::from(depth) + u32::from(bytes);
         stack.raise_to_call(name, bytes, &callee.own);
         if is_interruptible {
-            stack.open_window(name, Use::of(name, bytes).then(&callee.own.deepest));
+            let window = (None, self.image.start(address));
+            stack.open_window(window, Use::of(name, bytes).then(&callee.own.deepest));
         }
         Ok(())
     }

@@ -29,12 +29,16 @@ impl Use {
     }
 }
 
+/// Where interrupts are enabled: a number of the vector, if it is in a handler, and the start of the function.
+/// Functions of two files may have one name.
+type Window = (Option<usize>, u32);
+
 /// The use of a stack, and where interrupts come on top of it.
 #[derive(Clone, Default)]
 pub struct Usage {
     pub deepest: Use,
-    /// The most that is in use while interrupts are enabled, by the function that enables them.
-    windows: BTreeMap<String, Use>,
+    /// The most that is in use while interrupts are enabled.
+    windows: BTreeMap<Window, Use>,
 }
 
 impl Usage {
@@ -42,20 +46,22 @@ impl Usage {
         Usage { deepest, windows: BTreeMap::new() }
     }
 
-    /// Notes that `function` enables interrupts with so much in use.
-    pub fn open_window(&mut self, function: &str, within: Use) {
-        match self.windows.get_mut(function) {
-            Some(window) => window.raise_to(&within),
-            None => {
-                self.windows.insert(function.to_owned(), within);
-            }
-        }
+    /// Notes that interrupts are enabled there with so much in use.
+    pub fn open_window(&mut self, window: Window, within: Use) {
+        self.windows.entry(window).or_default().raise_to(&within);
+    }
+
+    /// The use by the handler of an interrupt.
+    pub fn of_handler(&self, vector: usize) -> Usage {
+        let windows = self.windows.iter();
+        let windows = windows.map(|(&(_, function), within)| ((Some(vector), function), within.clone()));
+        Usage { deepest: self.deepest.clone(), windows: windows.collect() }
     }
 
     pub fn raise_to(&mut self, other: &Usage) {
         self.deepest.raise_to(&other.deepest);
-        for (function, within) in &other.windows {
-            self.open_window(function, within.clone());
+        for (&window, within) in &other.windows {
+            self.open_window(window, within.clone());
         }
     }
 
@@ -65,24 +71,24 @@ impl Usage {
         if bytes + other.deepest.bytes() > self.deepest.bytes() {
             self.deepest = Use::of(name, bytes).then(&other.deepest);
         }
-        for (function, within) in &other.windows {
-            self.open_window(function, Use::of(name, bytes).then(within));
+        for (&window, within) in &other.windows {
+            self.open_window(window, Use::of(name, bytes).then(within));
         }
     }
 
     /// The most that is used with interrupts, each of which uses `interrupts` at most.
     pub fn with(&self, interrupts: &Usage) -> Use {
         let mut deepest = self.deepest.clone();
-        for (function, within) in &self.windows {
-            deepest.raise_to(&within.then(&interrupts.nested(|other| other != function)));
+        for (&window, within) in &self.windows {
+            deepest.raise_to(&within.then(&interrupts.nested(|other| other != window)));
         }
         deepest
     }
 
     /// The use of interrupts that nest in one another: each window opens once, and the deepest interrupt
     /// occurs in the last one.
-    pub fn nested(&self, is_open: impl Fn(&str) -> bool) -> Use {
-        let open = self.windows.iter().filter(|(function, _)| is_open(function));
+    pub fn nested(&self, is_open: impl Fn(Window) -> bool) -> Use {
+        let open = self.windows.iter().filter(|&(&window, _)| is_open(window));
         open.fold(Use::default(), |nested, (_, within)| nested.then(within)).then(&self.deepest)
     }
 }

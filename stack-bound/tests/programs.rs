@@ -102,6 +102,16 @@ fn interrupts_that_nest() {
     );
 }
 
+/// Each handler of two may be preempted in the function that both call, by the other.
+#[test]
+fn interrupts_that_nest_in_one_function() {
+    let bounds = bounds(&build("shared.S", "atmega128"), "");
+    let first = [("an interrupt", 2), ("__vector_1", 2), ("opens", 1)];
+    let second = [("an interrupt", 2), ("__vector_2", 3), ("opens", 1)];
+    let deepest = [("an interrupt", 2), ("__vector_2", 3), ("opens", 2)];
+    assert_eq!(steps(&bounds[0])[1..], [first, second, deepest].concat());
+}
+
 /// The handler is preempted as the task is: a whole context lies on top of what it uses.
 #[test]
 fn an_interrupt_that_preempts_a_handler_on_a_tasks_stack() {
