@@ -14,6 +14,11 @@ const DATA: u64 = 0x80_0000;
 /// The section in which the kernel's `Stack::start` leaves a record for each task.
 const TASKS: &str = ".debug_tasks";
 
+/// The note in which the start-up code names the MCU: twelve words, of which the first is the length of the
+/// owner's name, one of them, and then texts, of which the first is empty and the second the MCU's name.
+const DEVICE: &str = ".note.gnu.avr.deviceinfo";
+const DEVICE_TEXTS: usize = 12 * 4;
+
 /// The start of the name of a task's entry function. The task's body follows, then its return type and `>`.
 const ENTRY: &str = "kernel::arch::avr::start::enter::<";
 
@@ -24,6 +29,8 @@ const AVR6: u32 = 6;
 /// An AVR program read from an ELF file.
 pub struct Image {
     pub(crate) flash: Vec<u8>,
+    /// The name of the MCU, as `-mmcu` has it, if the start-up code tells it.
+    mcu: Option<String>,
     /// The bytes that a call pushes.
     pub(crate) return_address: u16,
     pub(crate) tasks: BTreeSet<Task>,
@@ -103,8 +110,10 @@ impl Image {
         {
             return Err(ImageError::NotListed(name.clone()));
         }
+        let device = file.section_by_name(DEVICE).map_or(Ok(&[][..]), |section| section.data())?;
         Ok(Image {
             flash,
+            mcu: mcu(device),
             return_address: if header.e_flags(endian) & ARCHITECTURE == AVR6 { 3 } else { 2 },
             tasks,
             stack: address("__stack")?,
@@ -182,6 +191,11 @@ impl Image {
         served.filter_map(move |(at, name)| Some((number(name)?, *at)))
     }
 
+    /// The name of the MCU that the program was linked for, as `-mmcu` has it, if its start-up code tells it.
+    pub fn mcu(&self) -> Option<&str> {
+        self.mcu.as_deref()
+    }
+
     /// How many bytes a call and an interrupt push.
     pub fn return_address_bytes(&self) -> u16 {
         self.return_address
@@ -222,6 +236,12 @@ fn first_argument(arguments: &str) -> &str {
         depth < 0 || depth == 0 && character == ','
     });
     &arguments[..end.unwrap_or(arguments.len())]
+}
+
+/// The name of the MCU in the note about it.
+fn mcu(device: &[u8]) -> Option<String> {
+    let name = device.get(DEVICE_TEXTS..)?.split(|&byte| byte == 0).nth(1)?;
+    String::from_utf8(name.to_vec()).ok().filter(|name| !name.is_empty())
 }
 
 fn task(record: &[u8]) -> Task {

@@ -172,7 +172,8 @@ impl<'a> Program<'a> {
         let parts = std::iter::successors(Some(address), |at| Some(at + effect::length(flash, *at)));
         let parts = parts.take_while(|&at| at < behind);
         let cycles = |at| timing::cycles(flash, at, self.image.return_address);
-        node.cycles = parts.map(|at| Some(cycles(at)? + timing::waits_for_eeprom(flash, at))).sum();
+        let waits = |at| timing::waits_for_eeprom(flash, at, self.image.mcu());
+        node.cycles = parts.map(|at| Some(cycles(at)? + waits(at))).sum();
         if timing::is_sleep(flash, address) {
             node.wakes = node.next.drain(..).next().map(|(to, _)| to);
         }

@@ -34,14 +34,25 @@ pub fn cycles(flash: &[u8], address: u32, return_address: u16) -> Option<u32> {
 
 /// How many cycles more the core waits for the EEPROM after the instruction at an address, at most: 4 if it
 /// reads a byte, 2 if it begins to write one (ATmega128 datasheet, "EEPROM Read/Write Access").
-pub fn waits_for_eeprom(flash: &[u8], address: u32) -> u32 {
-    const EECR: u8 = 0x3c;
+pub fn waits_for_eeprom(flash: &[u8], address: u32, mcu: Option<&str>) -> u32 {
     const EERE: u8 = 1 << 0;
     const EEWE: u8 = 1 << 1;
+    let is_control = |address: u16| eeprom_control(mcu).contains(&address);
     match instruction(flash, address) {
-        Some(Out { address: EECR, .. } | Sbi { address: EECR, mask: EERE }) => 4,
-        Some(Sbi { address: EECR, mask: EEWE }) => 2,
+        Some(Out { address, .. }) if is_control(address.into()) => 4,
+        Some(Sts { address, .. }) if is_control(address) => 4,
+        Some(Sbi { address, mask: EERE }) if is_control(address.into()) => 4,
+        Some(Sbi { address, mask: EEWE }) if is_control(address.into()) => 2,
         _ => 0,
+    }
+}
+
+/// The address of EECR in the data space; both that it may have if the MCU is unknown.
+fn eeprom_control(mcu: Option<&str>) -> &'static [u16] {
+    match mcu {
+        Some("atmega64" | "atmega64a" | "atmega128" | "atmega128a" | "atmega162") => &[0x3c],
+        Some(_) => &[0x3f],
+        None => &[0x3c, 0x3f],
     }
 }
 

@@ -20,11 +20,15 @@ fn fixture() -> PathBuf {
 }
 
 fn built(source: &str) -> PathBuf {
+    built_for("atmega128", source)
+}
+
+fn built_for(mcu: &str, source: &str) -> PathBuf {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures").join(source);
     let name = std::thread::current().name().unwrap_or_default().to_owned();
-    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name).with_extension("elf");
+    let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{mcu}.elf"));
     let status = Command::new("avr-gcc")
-        .args(["-Wall", "-Werror", "-mmcu=atmega128", "-o"])
+        .args(["-Wall", "-Werror", &format!("-mmcu={mcu}"), "-o"])
         .args([&elf, &source])
         .status()
         .expect("avr-gcc runs (Debian: gcc-avr and avr-libc; ./x test installs them)");
@@ -128,10 +132,13 @@ fn what_a_task_masks_behind_a_sleep_counts() {
 
 #[test]
 fn the_core_waits_for_the_eeprom() {
-    let image = Image::load(built("eeprom.S")).expect("avr-gcc makes an AVR image");
-    let notes = Notes::parse("task = job", &image).expect("the note fits the image");
-    let bounds = Bounds::new(&image, &Annotations::default(), &notes).expect("there are bounds");
-    assert_eq!((bounds.jobs[0].cycles, bounds.tasks[0].masked), (17, 7));
+    for mcu in ["atmega128", "atmega328p", "atmega1284p", "atmega2560"] {
+        let image = Image::load(built_for(mcu, "eeprom.S")).expect("avr-gcc makes an AVR image");
+        assert_eq!(image.mcu(), Some(mcu));
+        let notes = Notes::parse("task = job", &image).expect("the note fits the image");
+        let bounds = Bounds::new(&image, &Annotations::default(), &notes).expect("there are bounds");
+        assert_eq!((bounds.jobs[0].cycles, bounds.tasks[0].masked), (17, 7), "{mcu}");
+    }
 }
 
 #[test]
