@@ -8,6 +8,8 @@ use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SymbolKind, elf};
 use thiserror::Error;
 
+use crate::vectors;
+
 /// Where the linker puts the data space; flash begins at 0.
 const DATA: u64 = 0x80_0000;
 
@@ -194,6 +196,12 @@ impl Image {
     /// The name of the MCU that the program was linked for, as `-mmcu` has it, if its start-up code tells it.
     pub fn mcu(&self) -> Option<&str> {
         self.mcu.as_deref()
+    }
+
+    /// The name of the interrupt with this vector in a program for the ATmega128; "?" for another MCU.
+    pub fn interrupt_name(&self, vector: u8) -> &'static str {
+        let is_known = matches!(self.mcu(), Some("atmega128" | "atmega128a"));
+        vectors::name(vector).filter(|_| is_known).unwrap_or("?")
     }
 
     /// How many bytes a call and an interrupt push.

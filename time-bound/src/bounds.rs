@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use serde::Serialize;
-use stack_bound::{Annotations, Found, Image, vectors};
+use stack_bound::{Annotations, Found, Image};
 
 use crate::execution::Timer;
 use crate::facts::View;
@@ -24,6 +24,9 @@ pub fn response(image: &Image, is_asleep: bool) -> u64 {
 pub struct Interrupt {
     /// The number of its vector, from 1.
     pub vector: u8,
+    /// Its name in the datasheet of the ATmega128; "?" for another MCU.
+    #[serde(skip)]
+    pub name: &'static str,
     /// To its end, or, if it has woken a task of a higher priority, until that task runs. Interrupts that
     /// nest in it are not counted.
     pub cycles: u64,
@@ -34,13 +37,6 @@ pub struct Interrupt {
     /// The longest of all these stretches that `reti` ends: after `reti` one more instruction of the
     /// interrupted code runs before the next interrupt. 0 if there is none.
     pub masked_last: u64,
-}
-
-impl Interrupt {
-    /// Its name in the datasheet.
-    pub fn name(&self) -> &'static str {
-        vectors::name(self.vector).unwrap_or("?")
-    }
 }
 
 /// How long a task keeps interrupts waiting.
@@ -78,16 +74,18 @@ pub struct Bounds {
 /// The bounds of the interrupt whose vector leads to `entry`.
 fn interrupt(
     (vector, entry): (u8, u32),
-    response: u64,
+    image: &Image,
     timer: &mut Timer,
     stretcher: &mut Stretcher,
 ) -> Result<Interrupt, BTreeSet<Problem>> {
+    let response = response(image, true);
     let longest = timer.function(entry)?;
     let masked = stretcher.function(entry, true)?.longest;
     let whole = masked.whole.map(|whole| whole + response);
     match (longest.whole, whole.max(masked.into.map(|first| first + response))) {
         (Some(cycles), Some(first)) if longest.into.is_none() => Ok(Interrupt {
             vector,
+            name: image.interrupt_name(vector),
             cycles: cycles + response,
             masked: first,
             masked_again: masked.between.max(masked.out_of).unwrap_or(0),
@@ -110,7 +108,7 @@ impl Bounds {
             let mut timer = Timer::new(image, &flows, &facts);
             let mut stretcher = Stretcher::new(image, &flows, &facts);
             for served in image.interrupts() {
-                match interrupt(served, response(image, true), &mut timer, &mut stretcher) {
+                match interrupt(served, image, &mut timer, &mut stretcher) {
                     Ok(interrupt) => bounds.raise(interrupt),
                     Err(more) => problems.extend(more),
                 }

@@ -18,6 +18,9 @@ use crate::releases::Deadline;
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Latency {
     pub vector: u8,
+    /// Its name in the datasheet of the ATmega128; "?" for another MCU.
+    #[serde(skip)]
+    pub name: &'static str,
     /// How long interrupts are masked as its flag is set, and once more after `reti`, in cycles.
     pub blocking: u64,
     /// From its flag to its acceptance, at most, in cycles; `None` if it may wait for ever.
@@ -41,7 +44,8 @@ impl Latency {
         let excluded = deadline.map_or(&[][..], |deadline| &deadline.excludes);
         let (blocking, latency) = Self::waits(interrupt, excluded, costed, bounds);
         let deadline = deadline.map(|deadline| deadline.within);
-        Latency { vector: interrupt.vector, blocking, latency, takes, deadline }
+        let &Interrupt { vector, name, .. } = interrupt;
+        Latency { vector, name, blocking, latency, takes, deadline }
     }
 
     /// The time left until the deadline, in cycles; negative if the bound exceeds the deadline.

@@ -67,9 +67,9 @@ fn run(arguments: &[OsString]) -> Result<ExitCode, Box<dyn Error>> {
 fn table(bounds: &Bounds) -> String {
     let mut lines = vec!["cycles  masked  again  last  interrupt".to_owned()];
     for interrupt in &bounds.interrupts {
-        let Interrupt { vector, cycles, masked, masked_again, masked_last } = interrupt;
+        let Interrupt { vector, name, cycles, masked, masked_again, masked_last } = interrupt;
         let masked = format!("{masked:6}  {masked_again:5}  {masked_last:4}");
-        lines.push(format!("{cycles:6}  {masked}  {vector} {}", interrupt.name()));
+        lines.push(format!("{cycles:6}  {masked}  {vector} {name}"));
     }
     lines.push("cycles                       job".to_owned());
     for Job { function, address, cycles } in &bounds.jobs {

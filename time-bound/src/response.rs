@@ -11,7 +11,6 @@ use std::collections::BTreeMap;
 use std::fmt;
 
 use serde::Serialize;
-use stack_bound::vectors;
 
 use crate::bounds::{Bounds, Interrupt};
 use crate::costed::{BETWEEN, Costed, PATIENCE, all_of};
@@ -71,9 +70,9 @@ impl fmt::Display for Responses {
         let figure = |figure: Option<i64>| figure.map_or_else(|| "-".to_owned(), |figure| figure.to_string());
         writeln!(to, "blocked   latency   takes   slack  interrupt")?;
         for interrupt in &self.interrupts {
-            let Latency { vector, blocking, latency, takes, .. } = interrupt;
+            let Latency { vector, name, blocking, latency, takes, .. } = interrupt;
             let [latency, takes] = [*latency, *takes].map(|cycles| figure(cycles.map(u64::cast_signed)));
-            let (slack, name) = (figure(interrupt.slack()), vectors::name(*vector).unwrap_or("?"));
+            let slack = figure(interrupt.slack());
             writeln!(to, "{blocking:7}  {latency:>8}  {takes:>6}  {slack:>6}  {vector} {name}")?;
         }
         writeln!(to, "computes  blocked  of CPU  response     slack  task")?;

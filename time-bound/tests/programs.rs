@@ -108,6 +108,17 @@ fn limits_name_the_instructions_that_count_and_where_a_count_begins() {
     );
 }
 
+/// Vectors have other numbers on other MCUs.
+#[test]
+fn an_interrupt_has_the_name_that_it_has_on_its_mcu() {
+    for (mcu, name) in [("atmega128", "INT0"), ("atmega328p", "?")] {
+        let image = Image::load(built_for(mcu, "interrupts.S")).expect("avr-gcc makes an AVR image");
+        let notes = Notes::parse(NOTES, &image).expect("the notes fit the image");
+        let bounds = Bounds::new(&image, &Annotations::default(), &notes).expect("there are bounds");
+        assert_eq!((bounds.interrupts[0].vector, bounds.interrupts[0].name), (1, name), "{mcu}");
+    }
+}
+
 #[test]
 fn sections_without_an_instruction_between_them_are_one_stretch() {
     let image = Image::load(built("sections.S")).expect("avr-gcc makes an AVR image");

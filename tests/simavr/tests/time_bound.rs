@@ -97,7 +97,7 @@ fn longest(windows: &[MaskedWindow], bounds: &Bounds) -> BTreeMap<u8, u64> {
 fn no_handler_returns_by_reti_to_the_program() {
     for name in ["firmware-master", "firmware-slave"] {
         for interrupt in computed(name).bounds.interrupts {
-            assert_eq!(interrupt.masked_last, 0, "{name}: {}", interrupt.name());
+            assert_eq!(interrupt.masked_last, 0, "{name}: {}", interrupt.name);
         }
     }
 }
