@@ -33,7 +33,7 @@ fn checks() -> String {
         "kernel_switch <= 0x10000",
         "the tables of kernel::flash! reach beyond the low 64 KB of flash",
     );
-    // The linker counts the data space from 0x800000. Links tell an object there from a number by its address.
+    // The data space is at 0x800000 for the linker. A link tells an object from a number by its address.
     let variables = check(
         "kernel_switch",
         "__data_start >= 0x800100 && __stack < 0x8000",

@@ -32,7 +32,8 @@ pub enum Effect {
     EnableInterrupts,
     /// `cli`.
     DisableInterrupts,
-    /// `adiw`, `sbiw`, or `subi` and `sbci` in a row: the lower register of a pair, and the amount added.
+    /// `adiw`, `sbiw`, `subi` and `sbci` in a row, or `subi` and `sbc` with r1: the lower register of a pair,
+    /// and the amount added.
     AddPair(u8, i16),
     Jump(u32),
     /// `ijmp`, `eijmp`: to where Z points.
@@ -63,6 +64,9 @@ pub enum Half {
 /// SPL, SPH and SREG in the data space.
 const STACK_POINTER: [(u16, Half); 2] = [(0x5d, Half::Low), (0x5e, Half::High)];
 const STATUS: u16 = 0x5f;
+
+/// The register that compilers keep 0.
+const ZERO: u8 = 1;
 
 /// The flag of SREG that a comparison sets if the first unsigned number is lower.
 const CARRY: u8 = 1;
@@ -115,11 +119,15 @@ fn word(flash: &[u8], address: u32) -> Option<u16> {
     Some(u16::from_le_bytes(*bytes))
 }
 
-/// The effect of two instructions in a row on a pair of registers: `subi` and `sbci`, or `cpi` and `cpc`.
+/// The effect of two instructions in a row on a pair of registers: `subi` with `sbci` or `sbc`, or `cpi` with
+/// `cpc`.
 fn on_pair(first: Instruction, second: Instruction) -> Option<Effect> {
     let (low, high, effect) = match (first, second) {
         (Subi { to: low, value: amount }, Sbci { to: high, value: high_amount }) => {
             (low, high, Effect::AddPair(low, i16::from_le_bytes([amount, high_amount]).wrapping_neg()))
+        }
+        (Subi { to: low, value: amount }, Sbc { to: high, from: ZERO }) => {
+            (low, high, Effect::AddPair(low, -i16::from(amount)))
         }
         (Cpi { one: low, value }, Cpc { one: high, other }) => {
             (low, high, Effect::ComparePair(low, value, other))

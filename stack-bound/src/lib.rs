@@ -17,6 +17,7 @@
 //! # Assumptions
 //! - A call preserves Y, and pops what it pushed below its return address. (The second is checked for
 //!   functions that are followed.)
+//! - Where `sbc` takes r1 from the high byte of a pair, r1 is 0, as compilers keep it.
 //! - No code writes into pushed registers or return addresses, or to SPL and SPH through a pointer.
 //! - An interrupt may occur anywhere in a task; elsewhere only from an instruction that enables interrupts up
 //!   to one that masks them. Code that writes SREG writes a value that it has read there.

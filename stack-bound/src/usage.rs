@@ -29,8 +29,8 @@ impl Use {
     }
 }
 
-/// Where interrupts are enabled: a number of the vector, if it is in a handler, and the start of the function.
-/// Functions of two files may have one name.
+/// Where interrupts are enabled: a number of the vector, if it is in a handler, and the start of the
+/// function. Functions of two files may have one name.
 type Window = (Option<usize>, u32);
 
 /// The use of a stack, and where interrupts come on top of it.
