@@ -87,6 +87,14 @@ impl<T: Copy> MaskedCell<T> {
     pub fn get(&self, _: &Masked) -> T {
         self.0.get()
     }
+
+    /// Stores `value`. Unlike [`set`](Self::set) it does not look at the old one, which may be a reference to
+    /// what is gone.
+    #[inline(always)]
+    pub(crate) fn overwrite(&self, _: &Masked, value: T) {
+        // SAFETY: nothing else accesses the cell while interrupts are masked, and a `Copy` value needs no drop.
+        unsafe { self.0.as_ptr().write(value) }
+    }
 }
 
 /// A [`MaskedCell`] that only the kernel changes, and others may read. The assembly of vectors needs some of

@@ -262,7 +262,8 @@ impl Timer {
         }
         traversal::end(masked);
         slot.set(masked, Some(self));
-        self.link.set(masked, next);
+        // It may still lead to a timer on a stack that is gone.
+        self.link.overwrite(masked, next);
         self.deadline.set(masked, deadline);
         self.target.set(masked, target);
         compare_with_first(masked);
