@@ -92,7 +92,7 @@ impl<T: Copy> MaskedCell<T> {
     /// what is gone.
     #[inline(always)]
     pub(crate) fn overwrite(&self, _: &Masked, value: T) {
-        // SAFETY: nothing else accesses the cell while interrupts are masked, and a `Copy` value needs no drop.
+        // SAFETY: nothing else accesses the cell while interrupts are masked, and a `Copy` type has no drop.
         unsafe { self.0.as_ptr().write(value) }
     }
 }

@@ -37,6 +37,7 @@ impl Job {
     /// those that have been given one already.
     fn wait(&'static self, task: &mut Task, set: &'static WaitSet) {
         let ProxyWaiter { control, word } = &self.proxy;
+        ptr::from_ref(self).expose_provenance(); // for `of`
         if word.enter(task, control, None) != WaitOutcome::Blocked {
             task.mask(|masked| set.append(masked, control));
         }
@@ -45,9 +46,11 @@ impl Job {
     /// # Safety
     /// `proxy` must be that of a job.
     unsafe fn of(proxy: &'static ControlBlock) -> &'static Job {
+        // Not by a cast: a reference to a field does not lead to the whole.
+        let job = ptr::with_exposed_provenance(ptr::from_ref(proxy).addr());
         // SAFETY: the caller guarantees that this is a job's proxy waiter; it is the first field, by
-        // `repr(C)`.
-        unsafe { &*ptr::from_ref(proxy).cast() }
+        // `repr(C)`. The job has been exposed, or its proxy waiter would not wait.
+        unsafe { &*job }
     }
 }
 
