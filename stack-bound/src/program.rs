@@ -8,7 +8,7 @@ use crate::effect::{self, Effect, effect};
 use crate::flow::{Flow, Masking, Place};
 use crate::problem::Problem;
 use crate::registers::{PRESERVED, StackPointer};
-use crate::state::State;
+use crate::state::{Interrupts, State};
 use crate::usage::{Usage, Use};
 use crate::{Annotations, Image, timing};
 
@@ -40,20 +40,20 @@ pub struct Function {
 struct Return {
     /// The registers that it preserves, a bit each.
     preserved: u32,
-    /// Whether interrupts may be enabled.
-    enables_interrupts: bool,
+    /// Whether an interrupt may occur before the caller's next instruction.
+    interrupts: Interrupts,
 }
 
 impl Return {
     /// The return of a function about which nothing else is known.
-    const UNKNOWN: Return = Return { preserved: PRESERVED, enables_interrupts: false };
+    const UNKNOWN: Return = Return { preserved: PRESERVED, interrupts: Interrupts::Masked };
 
     /// What holds at either of two returns.
     fn or(self, other: Option<Return>) -> Self {
         let other = other.unwrap_or(self);
         Return {
             preserved: self.preserved & other.preserved,
-            enables_interrupts: self.enables_interrupts || other.enables_interrupts,
+            interrupts: self.interrupts.max(other.interrupts),
         }
     }
 }
@@ -206,7 +206,8 @@ impl<'a> Program<'a> {
                     StackPointer::Elsewhere if state.is_saved => PRESERVED,
                     StackPointer::Elsewhere => return Ok(Vec::new()),
                 };
-                let here = Return { preserved, enables_interrupts: state.enables_interrupts() };
+                let is_reti = timing::is_return_from_interrupt(&image.flash, address);
+                let here = Return { preserved, interrupts: state.after_return(is_reti) };
                 function.returns = Some(here.or(function.returns));
                 Vec::new()
             }
@@ -278,7 +279,7 @@ impl<'a> Program<'a> {
             self.note(place, self.image.return_address, &callee, state.enables_interrupts(), function)?;
             returns = callee.returns.map(|callee| callee.or(returns)).or(returns);
         }
-        let after = |returns: Return| state.after_call(returns.preserved, returns.enables_interrupts);
+        let after = |returns: Return| state.after_call(returns.preserved, returns.interrupts);
         Ok(returns.map(|returns| ((next, place.1), after(returns))).into_iter().collect())
     }
 

@@ -5,7 +5,7 @@ use crate::registers::{Byte, PRESERVED, Pair, Registers, StackPointer};
 
 /// Whether an interrupt may occur before an instruction.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Interrupts {
+pub enum Interrupts {
     Masked,
     /// Enabled from the next instruction on: the one before has just enabled them.
     Soon,
@@ -81,13 +81,21 @@ impl State {
         }
     }
 
-    /// The state after a call has returned that preserves these registers, a bit each, and perhaps enables
-    /// interrupts.
-    pub fn after_call(mut self, preserved: u32, enables_interrupts: bool) -> Self {
-        self.registers.forget(!(preserved | PRESERVED));
-        if enables_interrupts {
-            self.interrupts = Interrupts::Enabled;
+    /// Whether an interrupt may occur before the caller's next instruction, after a return here. After `reti`
+    /// that instruction still runs.
+    pub fn after_return(&self, is_reti: bool) -> Interrupts {
+        match self.interrupts {
+            Interrupts::Masked if is_reti => Interrupts::Soon,
+            Interrupts::Masked => Interrupts::Masked,
+            Interrupts::Soon | Interrupts::Enabled => Interrupts::Enabled,
         }
+    }
+
+    /// The state after a call has returned that preserves these registers, a bit each, and leaves interrupts
+    /// so.
+    pub fn after_call(mut self, preserved: u32, interrupts: Interrupts) -> Self {
+        self.registers.forget(!(preserved | PRESERVED));
+        self.interrupts = self.interrupts.max(interrupts);
         self
     }
 

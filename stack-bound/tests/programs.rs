@@ -112,6 +112,15 @@ fn interrupts_that_nest_in_one_function() {
     assert_eq!(steps(&bounds[0])[1..], [first, second, deepest].concat());
 }
 
+/// Behind the `reti` of the handler that it calls, a handler is preempted with its registers on the stack.
+#[test]
+fn an_interrupt_behind_a_call_that_returns_by_reti() {
+    let bounds = bounds(&build("behind.S", "atmega128"), "");
+    let window = [("an interrupt", 2), ("__vector_1", 2)];
+    let deepest = [("an interrupt", 2), ("__vector_1", 3), ("__vector_2", 3)];
+    assert_eq!(steps(&bounds[0])[1..], [&window[..], &deepest].concat());
+}
+
 /// The handler is preempted as the task is: a whole context lies on top of what it uses.
 #[test]
 fn an_interrupt_that_preempts_a_handler_on_a_tasks_stack() {
