@@ -9,17 +9,26 @@ use super::sender::{Departing, Sender};
 use crate::device::Transmit;
 use crate::message::Buffered;
 
+/// After so many looks in a row that find the line busy, at most a tick apart, what comes in is no frame: the
+/// longest takes 6 ms. Frames are sent into such noise, as on a free line. Else the messages that wait would
+/// keep all buffers of the MCU for as long as it lasts.
+const PATIENCE: u8 = 20;
+
 /// Runs the sending task of `port`. `seed` should differ from dock to dock and from module to module.
 pub fn run(task: &mut Task, port: &'static Port, line: impl Transmit, seed: u16) -> Never {
     let mut sender = Sender::new(seed);
     let mut line = Line { line, wire: Wire::new() };
     // When the alarm that is set rings.
     let mut alarm = None;
+    let mut patience = PATIENCE;
     loop {
         port.mailbox().wait(task);
         let due = loop {
             let time = now(task);
-            if line.line.is_busy(task) {
+            if !line.line.is_busy(task) {
+                patience = PATIENCE;
+            } else if patience > 0 {
+                patience -= 1;
                 break Some(time.wrapping_add(1));
             }
             match sender.poll(time, &mut AtPort { task, port }) {
