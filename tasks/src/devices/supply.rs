@@ -17,7 +17,7 @@ const REMINDER: u8 = 64;
 pub struct Supply {
     battery: Battery,
     charger: Charger,
-    /// What was allowed at the last look; `None` before the first one after a reset.
+    /// What was allowed at the last look or order; `None` before the first look after a reset.
     allowed: Option<Allowance>,
     /// Looks since the other MCU was told.
     silent: u8,
@@ -106,7 +106,10 @@ impl Supply {
             self.charger.stop();
         }
         around.set_charger(self.charger.is_on());
-        self.tell(self.allowance(), around);
+        let allowance = self.allowance();
+        // If the next look ends or interrupts this, that is news. The first look has news in any case.
+        self.allowed = self.allowed.map(|_| allowance);
+        self.tell(allowance, around);
     }
 
     fn tell(&mut self, allowance: Allowance, around: &mut impl Surroundings) {

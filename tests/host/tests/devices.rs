@@ -984,6 +984,26 @@ fn one_that_is_to_charge_before_its_first_look_sheds_at_that() {
     });
 }
 
+/// It never was on at a look: what it allowed in between has to be shed again.
+#[test]
+fn a_charger_that_pauses_at_its_first_look_keeps_no_switch_closed() {
+    run::<true>(|client| {
+        client.ask(Request::Power { dock: Dock::Up, is_on: true });
+        client.world().battery_mv = 6_900;
+        client.world().battery_temperature = 500;
+        client.within(1_500);
+        assert_eq!(client.world().powered, [false; 3]);
+        client.ask(Request::Charge { is_on: true });
+        let told = client.reports(600);
+        let switch = |switch| Report::Switch(Dock::Up, switch);
+        assert_eq!(
+            told,
+            [switch(Switch::Closed), Report::Charger(charger::State::Paused), switch(Switch::Shed)]
+        );
+        assert_eq!(client.world().powered, [false; 3]);
+    });
+}
+
 #[test]
 fn that_all_is_allowed_is_told_again_now_and_then() {
     run::<true>(|client| {
