@@ -347,7 +347,8 @@ impl Joint {
     }
 
     fn give_way(&mut self, error: u16, is_strong: bool) {
-        if error <= ARRIVED {
+        // One that is held a count off has arrived, but its drive grows all the same.
+        if error < TOLERANCE.unsigned_abs() {
             self.held = 0;
         } else if self.held >= HELD {
             self.ceiling = STRONG_DRIVE as i16;

@@ -143,10 +143,12 @@ fn a_joint_held_near_its_target_gives_way_until_it_makes_way_or_is_told_another_
         joint
     };
     let held = || held_for(HELD);
-    assert_eq!(review(&mut held(), position, STRONG, 1), STRONG);
+    for held_at in [position, 600 * TENTH - TOLERANCE] {
+        assert_eq!(review(&mut held(), held_at, STRONG, 1), STRONG);
+    }
     for (position, drive, why) in [
         (position + WAY as i16 + 1, STRONG, "it makes way"),
-        (600 * TENTH - ARRIVED as i16, STRONG, "it is at its target"),
+        (600 * TENTH - TOLERANCE + 1, STRONG, "it is at its target"),
     ] {
         let mut joint = held();
         assert_eq!(review(&mut joint, position, drive, 1), FULL_DRIVE, "{why}");
