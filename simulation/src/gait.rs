@@ -163,7 +163,8 @@ impl Gait {
     /// Lets robots walk on that say that they already do, if they may. Returns the modules that this
     /// concerns, and until when.
     pub fn listen(&mut self, robot: &impl Robot) -> Vec<(usize, u64)> {
-        let touched = self.orders.choose(&self.wiring, robot.now(), |module| robot.status(module));
+        let beat = |module: usize| self.walkers[self.walker_of[module]?].last_beat();
+        let touched = self.orders.choose(&self.wiring, robot.now(), |module| robot.status(module), beat);
         if touched.is_empty() { Vec::new() } else { self.touched(&touched, robot.now()) }
     }
 
@@ -192,12 +193,13 @@ impl Gait {
             before[module] = Some(walker);
         }
         self.walker_of.fill(None);
+        let doubted_until = self.orders.doubted_until();
         for (module, halted) in self.halted.iter_mut().enumerate() {
             let known = halted.filter(|_| !disturbed[module]);
             let heard = (DISCOVERY + disturbed.len() as u64 * HOP) as f64 * self.tries;
             let until = known.unwrap_or(now + self.period + heard as u64);
             let shall_stop = self.orders.gait(module).is_none() && self.wiring.has_power(module);
-            *halted = shall_stop.then_some(until);
+            *halted = shall_stop.then_some(until.max(doubted_until[module]));
         }
         let led = before.iter().flatten().filter(|walker| walker.hops == 0).map(|walker| walker.module);
         let leads = |module: &usize| led_by(&self.wiring, &self.orders, *module) == Some(1);
@@ -215,6 +217,7 @@ impl Gait {
             if is_new || disturbed[module] {
                 walker.disturbed(way.choices, now, self.tries);
             }
+            walker.doubted(doubted_until[module]);
             self.walker_of[module] = Some(self.walkers.len());
             self.walkers.push(walker);
         }

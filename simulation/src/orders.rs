@@ -3,6 +3,7 @@
 //! one. A body that has taken another shape walks by the gait that follows.
 
 mod doubts;
+mod telling;
 
 use std::ops::Range;
 
@@ -16,7 +17,8 @@ use crate::hardware::MILLISECOND;
 use crate::leader::{acting, leads};
 use crate::walker::DISCOVERY;
 use crate::wiring::Wiring;
-use doubts::{Doubt, Doubts, hearing};
+use doubts::{Doubts, candidates, hearing};
+use telling::Shown;
 
 /// For how long a robot has to have the shape that its gait makes of it until it counts as reshaped: a
 /// second, from when it has noticed.
@@ -104,7 +106,7 @@ impl Orders {
         for known in known {
             let Some(standing) = known.standing.next(gait, period) else { continue };
             let instead = stood.newer(Order { standing, ..order });
-            self.doubts.open(module, self.of[module], vec![instead; self.of.len()].into(), now);
+            self.doubts.open(wiring, module, self.of[module], vec![instead; self.of.len()].into(), now);
         }
         changed.extend((!before.is_like(order)).then_some(module));
         changed.extend(apart);
@@ -185,30 +187,42 @@ impl Orders {
         changed
     }
 
+    /// Until when modules may follow one order or another, by module.
+    pub fn doubted_until(&self) -> Vec<u64> {
+        self.doubts.until(self.of.len())
+    }
+
     /// Has bodies that may walk on do so by `now` if one of their modules says that it walks by the gait that
-    /// follows, and settles doubts. Returns the modules to which that is new.
+    /// follows, and settles doubts. `beat` is how long a module's last beat took, in cycles. Returns the
+    /// modules to which that is new.
     pub fn choose(
         &mut self,
         wiring: &Wiring,
         now: u64,
         status: impl Fn(usize) -> Option<Status>,
+        beat: impl Fn(usize) -> Option<u64>,
     ) -> Vec<usize> {
         let says = |module: usize| status(module).map(|status| status.gait);
         let acts = |module: usize| status(module).is_some_and(|status| status.action != Action::Rest);
         self.choices.retain(|choice| now < choice.between.end);
         let mut changed = Vec::new();
-        for Doubt { module, order, instead, .. } in self.doubts.due(now) {
-            let mut body = hearing(wiring, module);
-            let is_led = |gait: &Gait| body.iter().any(|&it| leads(wiring, it, gait.leader) == Some(1));
-            let is_instead = match (self.of[module].gait(), instead[module].gait()) {
-                (Some(_), Some(other)) => says(module) == Some(other.name),
-                // A ring takes its time until any module acts.
-                (Some(gait), None) => is_led(&gait) && !body.iter().any(|&it| acts(it)),
-                (None, _) => body.iter().any(|&it| acts(it)),
+        let due = self.doubts.due(now);
+        let bodies = if due.is_empty() { Vec::new() } else { wiring.bodies() };
+        for mut body in bodies {
+            let is_doubted = |it: &&usize| due.iter().any(|doubt| doubt.is_about(**it, self.of[**it].number));
+            let Some(&module) = body.iter().find(is_doubted) else { continue };
+            let order = self.of[module].number;
+            let orders = candidates(&due, module, self.of[module]);
+            let shown = Shown {
+                says: says(module),
+                acts: body.iter().any(|&it| acts(it)),
+                beat: beat(module).or_else(|| body.iter().find_map(|&it| beat(it))),
             };
-            if self.of[module].number == order && is_instead {
+            let is_led = |gait: &Gait| body.iter().any(|&it| leads(wiring, it, gait.leader) == Some(1));
+            let follows = shown.tells(&orders, is_led);
+            if follows > 0 {
                 body.retain(|&it| self.of[it].number == order);
-                body.iter().for_each(|&it| self.of[it] = instead[it]);
+                body.iter().for_each(|&it| self.of[it] = orders[follows]);
                 changed.extend(body);
                 changed.extend(self.spread(wiring));
             }
@@ -322,7 +336,7 @@ pub mod tests {
         let ring = Shape::Ring.wiring(6).unwrap();
         let is_taken = |orders: &mut Orders, wiring: &Wiring, now: u64, said: GaitName| {
             orders.settle(wiring, now);
-            !orders.choose(wiring, now, |module| (module == 2).then(|| walking(said))).is_empty()
+            !orders.choose(wiring, now, |module| (module == 2).then(|| walking(said)), |_| None).is_empty()
         };
         let closed_at = 10 * LASTS;
         for (opened_at, now, said, is_right) in [

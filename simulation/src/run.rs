@@ -8,6 +8,9 @@ use crate::robot::Robot;
 use crate::scenario::{Event, Impossible};
 use crate::wiring::WiringError;
 
+/// The longest that a robot runs between two looks, in cycles: 250 ms.
+pub(crate) const STEP: u64 = 250 * MILLISECOND;
+
 /// A robot that runs, what is still to happen to it, and its observer.
 pub struct Run<R> {
     pub robot: R,
@@ -30,9 +33,6 @@ impl<R: Robot> Run<R> {
         Run { robot, observer, impossible: Vec::new(), happened: Vec::new(), timeline, step_end: None }
     }
 
-    /// The longest that a robot runs between two looks, in cycles: 250 ms.
-    const STEP: u64 = 250 * MILLISECOND;
-
     /// Runs for 250 ms, or up to the next event or to `end` if that comes first, and lets what is due happen.
     /// Returns whether there is more to run, and can be.
     ///
@@ -49,7 +49,7 @@ impl<R: Robot> Run<R> {
     /// Those of [`step`](Self::step).
     pub fn step_until(&mut self, end: u64, pause: u64) -> Result<bool, Impossible> {
         let event = self.timeline.last().map_or(u64::MAX, |event| event.at);
-        let step_end = (self.robot.now() + Self::STEP).min(event).min(end);
+        let step_end = (self.robot.now() + STEP).min(event).min(end);
         let step_end = *self.step_end.get_or_insert(step_end);
         self.run_until(step_end.min(pause));
         if pause < step_end && self.robot.trouble().is_none() {

@@ -131,6 +131,8 @@ pub struct Walker {
     unsettled: Option<(u64, u64)>,
     /// From when on nothing may be wrong with it.
     pub settled_at: u64,
+    /// Until when it may follow one order or another.
+    doubted_until: u64,
     /// Whether it had had, before its last change, all the time that it has from power-up.
     has_settled: bool,
     pub step: Option<Step>,
@@ -167,6 +169,7 @@ impl Walker {
             disturbed_at: 0,
             unsettled: None,
             settled_at: 0,
+            doubted_until: 0,
             has_settled: false,
             step: None,
             letters_at: VecDeque::new(),
@@ -226,12 +229,19 @@ impl Walker {
         self.overdue_at = self.settled_at;
     }
 
+    /// Until then it may follow one order or another, as its body does.
+    pub fn doubted(&mut self, until: u64) {
+        self.doubted_until = until;
+        self.settled_at = self.settled_at.max(until);
+    }
+
     /// From `now` on frames take so many tries. A module that walks has to walk on.
     pub fn loses(&mut self, now: u64, tries: f64) {
         if self.settled_at > now {
             let patience = self.patience(tries);
             // Nothing that was right by the tries before becomes wrong after the fact.
-            self.settled_at = self.settled_at.min(now + patience).max(self.disturbed_at + patience);
+            let soonest = self.doubted_until.max(self.disturbed_at + patience);
+            self.settled_at = self.settled_at.min(now + patience).max(soonest);
             if self.step.is_none() {
                 self.overdue_at = self.settled_at;
             }
@@ -281,6 +291,13 @@ impl Walker {
         let period = self.period();
         let about = period * 3 / 4..=period * 3 / 2;
         since.is_none_or(|since| since < self.settled_at || about.contains(&(at - since)))
+    }
+
+    /// How long the last beat took, by when letters were taken up, in cycles.
+    pub fn last_beat(&self) -> Option<u64> {
+        let mut latest = self.letters_at.iter().rev();
+        let last = latest.next()?;
+        Some(last - latest.next()?)
     }
 
     /// The module begins an action.

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::Order;
 use crate::command::SENDS;
 use crate::hardware::{GIVEN_UP_AFTER, MILLISECOND};
+use crate::run::STEP;
 use crate::walker::{DISCOVERY, HOP};
 use crate::wiring::Wiring;
 
@@ -21,14 +22,16 @@ struct Spreading {
     until: u64,
 }
 
-/// The body of a module follows an order, or none of it does. The gait by which the module says that it walks
-/// decides; between walking and an order to stop, whether any module acts.
+/// A body follows an order, or another one counts instead.
 pub struct Doubt {
-    pub module: usize,
+    /// The modules that heard each other when it arose.
+    body: Vec<usize>,
     /// The number of the order.
-    pub order: u64,
+    order: u64,
     /// By module, what counts instead.
-    pub instead: Arc<[Order]>,
+    instead: Arc<[Order]>,
+    since: u64,
+    /// When what the modules do tells which.
     at: u64,
 }
 
@@ -60,13 +63,17 @@ impl Doubts {
         now: u64,
     ) -> Vec<usize> {
         self.forget(now);
+        let known = of[module].number;
         // A remote control repeats an order, of which a dock may hear only the last sending.
         let heard_by = |it: &Spreading| it.given_at + SENDS[SENDS.len() - 1] + GIVEN_UP_AFTER;
-        let is_other =
-            |it: &Spreading| it.order == of[module].number && (it.module != module || now <= heard_by(it));
+        let is_other = |it: &Spreading| it.order == known && (it.module != module || now <= heard_by(it));
         if self.spreading.iter().any(is_other) {
-            self.open(module, order, of.into(), now);
+            self.open(wiring, module, order, of.into(), now);
         }
+        // What may count instead of the order before may do so instead of this one.
+        let is_fresh = |it: &&Doubt| it.is_about(module, known) && now < it.since + DISCOVERY;
+        let fresh: Vec<_> = self.open.iter().filter(is_fresh).map(|it| Arc::clone(&it.instead)).collect();
+        fresh.into_iter().for_each(|instead| self.open(wiring, module, order, instead, now));
         let mut is_apart = vec![false; of.len()];
         for before in &self.before {
             hearing(&before.wiring, module).into_iter().for_each(|it| is_apart[it] = true);
@@ -75,7 +82,7 @@ impl Doubts {
         let instead: Arc<[Order]> = vec![order; of.len()].into();
         for body in wiring.bodies() {
             if let Some(other) = body.into_iter().find(|&it| is_apart[it]) {
-                self.open(other, of[other], Arc::clone(&instead), now);
+                self.open(wiring, other, of[other], Arc::clone(&instead), now);
             }
         }
         let until = now + DISCOVERY + of.len() as u64 * HOP;
@@ -85,19 +92,48 @@ impl Doubts {
     }
 
     /// Takes in a changed wiring, before modules with the orders `of` hear each other by it: those that are
-    /// cut off from an order may not have heard of it.
+    /// cut off from an order may not have heard of it, nor of the one before.
     pub fn rewired(&mut self, of: &[Order], (before, wiring): (&Wiring, &Wiring), now: u64) {
         self.forget(now);
         self.before.push(Before { wiring: before.clone(), orders: of.into(), until: now + DISCOVERY });
-        let mut cut_off = Vec::new();
-        for Spreading { module, order, before, .. } in &self.spreading {
-            for body in wiring.bodies().into_iter().filter(|body| !body.contains(module)) {
-                let with_order = body.into_iter().find(|&other| of[other].number == *order);
-                cut_off.extend(with_order.map(|other| (other, Arc::clone(before))));
-            }
+        if self.spreading.is_empty() && self.open.is_empty() {
+            return;
         }
-        for (module, before) in cut_off {
-            self.open(module, of[module], before, now);
+        for body in wiring.bodies() {
+            let modules = one_by_order(of, &body);
+            for &module in &modules {
+                let mut order = of[module];
+                let mut cut_off = Vec::new();
+                for it in self.spreading.iter().rev().filter(|it| !body.contains(&it.module)) {
+                    if it.order == order.number {
+                        cut_off.push((order, Arc::clone(&it.before)));
+                        order = it.before[module];
+                    }
+                }
+                for (order, before) in cut_off {
+                    self.open(wiring, module, order, before, now);
+                }
+            }
+            self.joined(of, wiring, &modules, now);
+        }
+    }
+
+    /// These modules, each with an order of its own, are of one body now. Which of their orders is the newest
+    /// depends on which of them follows another one.
+    fn joined(&mut self, of: &[Order], wiring: &Wiring, modules: &[usize], now: u64) {
+        let newest = |except| {
+            let others = modules.iter().filter(|&&module| Some(module) != except);
+            others.map(|&module| of[module]).reduce(Order::newer)
+        };
+        let Some(counts) = newest(None) else { return };
+        for &module in modules {
+            let Some(others) = newest(Some(module)) else { return };
+            for follows in candidates(&self.open, module, of[module]) {
+                let instead = follows.newer(others);
+                if !instead.is_like(counts) {
+                    self.open(wiring, module, counts, vec![instead; of.len()].into(), now);
+                }
+            }
         }
     }
 
@@ -111,21 +147,87 @@ impl Doubts {
         self.open.extract_if(.., |doubt| doubt.at <= now).collect()
     }
 
-    /// Between two orders there is a doubt if what modules do can tell them apart. Whether they act shows at
-    /// the first beat.
-    pub fn open(&mut self, module: usize, order: Order, instead: Arc<[Order]>, now: u64) {
-        let beat = match (order.gait(), instead[module].gait()) {
-            (Some(gait), Some(other)) if gait.name != other.name => 0,
-            (Some(gait), None) | (None, Some(gait)) => u64::from(gait.beat.get()) * MILLISECOND,
-            _ => return,
-        };
-        self.open.push(Doubt { module, order: order.number, instead, at: now + DISCOVERY + beat });
+    /// Until when modules may follow one order or another, and since when not to know that is no fault of the
+    /// modules: what they do is looked at once in a while.
+    pub fn until(&self, modules: usize) -> Vec<u64> {
+        let mut until = vec![0; modules];
+        for doubt in self.open.iter().filter(|doubt| doubt.at > doubt.since) {
+            for &module in &doubt.body {
+                until[module] = until[module].max(doubt.at + STEP);
+            }
+        }
+        until
+    }
+
+    /// The body of a module follows an order, or another one. A doubt about the other one is settled with
+    /// this one.
+    pub fn open(&mut self, wiring: &Wiring, module: usize, order: Order, instead: Arc<[Order]>, now: u64) {
+        let body = hearing(wiring, module);
+        self.open.push(Doubt { body, order: order.number, instead, since: now, at: now });
+        let orders = candidates(&self.open, module, order);
+        let pairs = orders.iter().flat_map(|one| orders.iter().map(|other| one.shows_after(*other)));
+        let Some(shows_after) = pairs.flatten().max() else { return };
+        let at = now + DISCOVERY + shows_after;
+        for doubt in &mut self.open {
+            if orders.iter().any(|order| doubt.is_about(module, order.number)) {
+                doubt.at = doubt.at.max(at);
+            }
+        }
     }
 
     fn forget(&mut self, now: u64) {
         self.spreading.retain(|spreading| now < spreading.until);
         self.before.retain(|before| now < before.until);
     }
+}
+
+impl Doubt {
+    pub fn is_about(&self, module: usize, order: u64) -> bool {
+        self.order == order && self.body.contains(&module)
+    }
+}
+
+impl Order {
+    /// How long it takes, once all modules have heard, until what they do tells this order from another;
+    /// `None` if nothing does. The gait's name shows at once, whether any module acts at the first beat, and
+    /// the Period by two letters.
+    fn shows_after(self, other: Order) -> Option<u64> {
+        let beat = |gait: hormone::gait::Gait| u64::from(gait.beat.get()) * MILLISECOND;
+        match (self.gait(), other.gait()) {
+            (Some(one), Some(other)) if one.name != other.name => Some(0),
+            (Some(one), Some(other)) if one.beat != other.beat => Some(2 * beat(one).max(beat(other))),
+            (Some(gait), None) | (None, Some(gait)) => Some(beat(gait)),
+            _ => None,
+        }
+    }
+}
+
+/// The orders that a module may follow by these doubts, and first this one, which counts else.
+pub fn candidates(doubts: &[Doubt], module: usize, order: Order) -> Vec<Order> {
+    let mut orders = vec![order];
+    let mut seen = 0;
+    while let Some(&order) = orders.get(seen) {
+        for doubt in doubts.iter().filter(|doubt| doubt.is_about(module, order.number)) {
+            let instead = doubt.instead[module];
+            if orders.iter().all(|known| (known.number, known.standing) != (instead.number, instead.standing))
+            {
+                orders.push(instead);
+            }
+        }
+        seen += 1;
+    }
+    orders
+}
+
+/// Of these modules one for each order that they have.
+fn one_by_order(of: &[Order], modules: &[usize]) -> Vec<usize> {
+    let mut found: Vec<usize> = Vec::new();
+    for &module in modules {
+        if found.iter().all(|&other| of[other].number != of[module].number) {
+            found.push(module);
+        }
+    }
+    found
 }
 
 /// The modules that hear this one, directly or by way of others.
@@ -135,7 +237,7 @@ pub fn hearing(wiring: &Wiring, module: usize) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use hormone::gait::GaitName::{self, Caterpillar, Centipede, Serpentine};
+    use hormone::gait::GaitName::{self, Caterpillar, Centipede, Serpentine, SixLegs};
     use hormone::period::Period;
     use hormone::status::Status;
     use tasks::dock::Dock::Back;
@@ -168,8 +270,11 @@ mod tests {
                 wiring = &cut;
             }
         }
-        assert!(orders.choose(wiring, AT + DISCOVERY - 1, |_| Some(walking(said))).is_empty(), "too soon");
-        orders.choose(wiring, AT + 2 * DISCOVERY, |_| Some(walking(said)));
+        assert!(
+            orders.choose(wiring, AT + DISCOVERY - 1, |_| Some(walking(said)), |_| None).is_empty(),
+            "too soon"
+        );
+        orders.choose(wiring, AT + 2 * DISCOVERY, |_| Some(walking(said)), |_| None);
         [1, 4].map(|module| orders.gait(module).map(|gait| gait.name))
     }
 
@@ -205,6 +310,64 @@ mod tests {
     }
 
     #[test]
+    fn of_three_orders_at_once_any_may_count() {
+        for (said, counts) in
+            [(Caterpillar, Caterpillar), (Serpentine, Serpentine), (SixLegs, SixLegs), (Centipede, SixLegs)]
+        {
+            let ordered = [(0, Caterpillar, AT - 2), (5, Serpentine, AT - 1), (2, SixLegs, AT)];
+            assert_eq!(gaits(None, &ordered, said), [Some(counts as u8); 2], "{said:?}");
+        }
+    }
+
+    #[test]
+    fn a_body_that_is_cut_off_may_have_heard_neither_of_two_orders() {
+        for said in [Centipede, Caterpillar, Serpentine] {
+            let ordered = [(0, Caterpillar, AT - DISCOVERY / 2), (0, Serpentine, AT)];
+            let told = Some(Serpentine as u8);
+            assert_eq!(gaits(Some(AT + 1), &ordered, said), [told, Some(said as u8)], "{said:?}");
+        }
+    }
+
+    #[test]
+    fn of_two_orders_of_one_gait_the_pace_tells_which_counts() {
+        let chain = Shape::Chain.wiring(6).unwrap();
+        let own = u64::from(Serpentine.gait().beat.get()) * MILLISECOND;
+        let long = Period::of_milliseconds(4000).unwrap();
+        let longer = u64::from(long.of(Serpentine.gait()).beat.get()) * MILLISECOND;
+        for (first, second) in [(long, Period::OWN), (Period::OWN, long)] {
+            for beat in [own, longer] {
+                let mut orders = Orders::new(6);
+                orders.give(&chain, 0, (Some(Serpentine), first), AT);
+                orders.give(&chain, 5, (Some(Serpentine), second), AT + 1);
+                let due = AT + 1 + DISCOVERY + 2 * longer;
+                let says = |_| Some(walking(Serpentine));
+                assert!(orders.choose(&chain, due - 1, says, |_| Some(beat)).is_empty(), "too soon");
+                assert!(orders.doubted_until().iter().all(|&until| until >= due + STEP));
+                orders.choose(&chain, due, says, |_| Some(beat + beat / 9));
+                let counts = orders.gait(3).map(|gait| u64::from(gait.beat.get()) * MILLISECOND);
+                assert_eq!(counts, Some(beat), "{first:?} {second:?}");
+            }
+        }
+    }
+
+    /// The front part has taken up one of two orders that met, and joins one that was ordered once.
+    #[test]
+    fn a_body_in_doubt_that_joins_another_may_bring_either_order() {
+        let whole = Shape::Chain.wiring(6).unwrap();
+        let mut cut = whole.clone();
+        cut.detach(Face { module: 2, dock: Back }).unwrap();
+        for said in [SixLegs, Serpentine] {
+            let mut orders = Orders::new(6);
+            orders.give(&cut, 4, (Some(Serpentine), Period::OWN), 0);
+            orders.give(&cut, 0, (Some(Caterpillar), Period::OWN), AT);
+            orders.give(&cut, 2, (Some(SixLegs), Period::OWN), AT + 1);
+            orders.rewired(&cut, &whole, AT + 2);
+            orders.choose(&whole, AT + 2 + DISCOVERY, |_| Some(walking(said)), |_| None);
+            assert_eq!([0, 5].map(|module| orders.gait(module).unwrap().name), [said as u8; 2]);
+        }
+    }
+
+    #[test]
     fn between_an_order_to_stop_and_one_to_walk_it_counts_whether_any_module_acts() {
         let chain = Shape::Chain.wiring(6).unwrap();
         for (first, second) in [(None, Some(Serpentine)), (Some(Serpentine), None)] {
@@ -212,9 +375,10 @@ mod tests {
                 let mut orders = Orders::new(6);
                 orders.give(&chain, 0, (first, Period::OWN), AT);
                 orders.give(&chain, 5, (second, Period::OWN), AT + 1);
-                orders.choose(&chain, AT + 3 * DISCOVERY, |module| {
+                let status = |module| {
                     Some(if is_acting && module == 2 { walking(Serpentine) } else { Status::POWER_UP })
-                });
+                };
+                orders.choose(&chain, AT + 3 * DISCOVERY, status, |_| None);
                 assert_eq!(orders.gait(3).is_some(), is_acting, "{first:?} {second:?}");
             }
         }
@@ -231,7 +395,7 @@ mod tests {
             orders.give(&cut, 0, (Some(Serpentine), Period::OWN), 0);
             orders.rewired(&cut, &whole, AT);
             orders.give(&whole, 3, (Some(Caterpillar), Period::OWN), AT + after);
-            orders.choose(&whole, AT + 3 * DISCOVERY, |_| Some(walking(Serpentine)));
+            orders.choose(&whole, AT + 3 * DISCOVERY, |_| Some(walking(Serpentine)), |_| None);
             let counts = if is_open { Serpentine } else { Caterpillar };
             assert_eq!([0, 3].map(|module| orders.gait(module).unwrap().name), [counts as u8; 2], "{after}");
         }
