@@ -11,8 +11,6 @@
 //! Another change before they are right prolongs the time, to three times the longest of these at most.
 //! Whatever is wrong shows how long recovery took, and is a violation if it comes later than that.
 
-use std::mem::replace;
-
 use hormone::action::Action;
 use hormone::case::Source;
 use hormone::event::Event;
@@ -27,7 +25,7 @@ use crate::orders::Orders;
 use crate::reach::{Way, concerned, led_by, shortest_ways, ways};
 use crate::robot::Robot;
 use crate::trace_event::TraceEvent;
-use crate::walker::{DISCOVERY, HOP, Tally, Violation, Walker, Wrong};
+use crate::walker::{DISCOVERY, HOP, Tally, Violation, Walker, Wrong, choice};
 use crate::wiring::{Face, Wiring};
 
 /// Follows the modules that hormones reach.
@@ -37,8 +35,10 @@ pub struct Gait {
     orders: Orders,
     /// The wiring as far as modules can find it out.
     wiring: Wiring,
-    /// By module, the docks by which hormones come to it.
+    /// By module, the docks by which hormones come to it, or came last.
     ways: Vec<DockSet>,
+    /// By module, since when none come.
+    cut_off_at: Vec<Option<u64>>,
     walkers: Vec<Walker>,
     /// By module, which walker it is.
     walker_of: Vec<Option<usize>>,
@@ -64,6 +64,7 @@ impl Gait {
             orders: Orders::new(wiring.modules()),
             wiring: wiring.clone(),
             ways: vec![DockSet::EMPTY; wiring.modules()],
+            cut_off_at: vec![None; wiring.modules()],
             walkers: Vec::new(),
             walker_of: vec![None; wiring.modules()],
             halted: vec![None; wiring.modules()],
@@ -233,9 +234,17 @@ impl Gait {
     /// by another dock than before. At power-up it follows none. One that led may beat once more where it is
     /// now, until it finds out, and its neighbours may follow that for a while.
     fn choose_ways(&mut self, leads_no_more: &[usize], now: u64) -> Vec<Option<Way>> {
-        let before = replace(&mut self.ways, ways(&self.wiring, &self.orders));
-        let union = before.iter().zip(&self.ways).map(|(before, since)| before.union(*since));
-        let mut has_choice: Vec<bool> = union.map(|docks| now > 0 && docks.iter().count() > 1).collect();
+        let mut has_choice = vec![false; self.ways.len()];
+        for (module, since) in ways(&self.wiring, &self.orders).into_iter().enumerate() {
+            // One that is cut off beats on by itself for a while, and follows what comes by the same dock.
+            let beats_on = self.orders.gait(module).map_or(0, |gait| DISCOVERY + choice(&gait));
+            let is_over = self.cut_off_at[module].is_some_and(|at| at + beats_on <= now);
+            let before = if is_over { DockSet::EMPTY } else { self.ways[module] };
+            has_choice[module] = now > 0 && before.union(since).iter().count() > 1;
+            self.ways[module] = if since.is_empty() { before } else { since };
+            let cut_off_at = self.cut_off_at[module].unwrap_or(now);
+            self.cut_off_at[module] = since.is_empty().then_some(cut_off_at);
+        }
         for peer in leads_no_more.iter().flat_map(|&module| self.wiring.peers(module)) {
             has_choice[peer] = true;
         }

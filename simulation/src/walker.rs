@@ -27,10 +27,16 @@ pub const HOP: u64 = 5 * MILLISECOND;
 /// How long a ring may take to elect a leader.
 const ELECTION: u64 = 5_000 * MILLISECOND;
 
-/// How many beats pass at most until a module follows hormones that come another way than before: the module
-/// before it makes good the beats of a leader that is gone, and then some are silent. Until then those behind
-/// have no choice, so modules choose in turn.
-const CHOICE: u64 = MOST_MISSED as u64 + SILENT as u64;
+/// How long it may take, by this gait, until a module follows hormones that come another way than before: the
+/// module before it makes good the beats of a leader that is gone, and then some are silent. Until then those
+/// behind have no choice, so modules choose in turn.
+pub fn choice(gait: &Gait) -> u64 {
+    (u64::from(MOST_MISSED) + u64::from(SILENT)) * beat(gait)
+}
+
+fn beat(gait: &Gait) -> u64 {
+    u64::from(gait.beat.get()) * MILLISECOND
+}
 
 /// Changes that come before a module is right again give it more time: in all, so many times the longest that
 /// one of them gives.
@@ -200,7 +206,7 @@ impl Walker {
     }
 
     fn beat(&self) -> u64 {
-        u64::from(self.gait.beat.get()) * MILLISECOND
+        beat(&self.gait)
     }
 
     fn period(&self) -> u64 {
@@ -210,7 +216,7 @@ impl Walker {
     /// How long it may take to be right after a change, where a frame and its ACK take so many tries.
     fn patience(&self, tries: f64) -> u64 {
         let election = if self.gait.leader == Leader::Elected { ELECTION } else { 0 };
-        let choice = self.choices * CHOICE * self.beat();
+        let choice = self.choices * choice(&self.gait);
         self.period() + choice + ((DISCOVERY + election + self.hops * HOP) as f64 * tries) as u64
     }
 

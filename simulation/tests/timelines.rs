@@ -303,6 +303,19 @@ fn a_further_change_leaves_a_module_the_time_to_choose() {
     }
 }
 
+/// Module 3 makes good the beats that came from module 2, until three are silent.
+#[test]
+fn a_module_that_nothing_comes_to_between_two_changes_has_a_choice_too() {
+    for at in [2.749, 5.2] {
+        let robot = "modules = 5\ndocks = [[\"0.Front\", \"1.Back\"], [\"0.Right\", \"2.Front\"], \
+                     [\"1.Right\", \"4.Back\"], [\"2.Left\", \"3.Front\"]]";
+        let events = format!(
+            "at = 2.747\ndetach = \"0.Right\"\n[[event]]\nat = {at}\nattach = [\"0.Back\", \"3.Right\"]"
+        );
+        expect_no_fault(robot, &events, 71238, 20);
+    }
+}
+
 /// In the first two the part behind hears the order, or the other one of two; in the third it does not.
 #[test]
 fn where_an_order_and_a_change_meet_the_robot_decides_what_it_has_heard() {
