@@ -329,8 +329,15 @@ impl Robot {
             self.join(one, other);
         }
         self.set_latches(&before);
+        for (number, member) in self.members.iter_mut().enumerate() {
+            member.echoes = self.wiring.obstacles(number);
+        }
         match change {
-            Change::Attach(..) | Change::Detach(_) | Change::Swap(..) | Change::Push { .. } => {}
+            Change::Attach(..)
+            | Change::Detach(_)
+            | Change::Swap(..)
+            | Change::Obstacle { .. }
+            | Change::Push { .. } => {}
             &Change::Reset { module, mcus } => {
                 for mcu in Controller::ALL.into_iter().filter(|mcu| mcus.contains(*mcu)) {
                     self.members[module].module.mcu_mut(mcu).reset(Reset::External);
@@ -342,10 +349,6 @@ impl Robot {
             }
             &Change::Noise { links, probability } => {
                 self.for_links(links, |faults| faults.byte_noise = probability);
-            }
-            &Change::Obstacle { at: Face { module, dock }, is_there } => {
-                let echoes = &mut self.members[module].echoes;
-                if is_there { echoes.insert(dock) } else { echoes.remove(dock) }
             }
             &Change::Roll(degrees) => {
                 self.roll = degrees;

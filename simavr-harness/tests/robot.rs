@@ -183,6 +183,19 @@ fn a_dock_before_an_obstacle_hears_itself() {
 }
 
 #[test]
+fn an_obstacle_stays_where_it_is_when_modules_change_places() {
+    let mut engine = Engine::new(chain(&relay(), 2, 0), 1);
+    for change in [Change::Obstacle { at: back_of(1), is_there: true }, Change::Swap(0, 1)] {
+        engine.robot_mut().change(&change).unwrap();
+    }
+    engine.run_until(110 * MILLISECOND);
+    let mcu = engine.robot().module(0).unwrap().mcu(Controller::Slave);
+    assert!(mcu.usart_counts(0).unwrap().unheard > 0);
+    let obstacle = WiringError::Obstacle { module: 0, dock: Dock::Back };
+    assert_eq!(engine.robot_mut().attach(front_of(1), back_of(0)), Err(obstacle));
+}
+
+#[test]
 fn modules_get_their_power_at_different_times() {
     let robot = |seed| {
         let builder = RobotBuilder::chain(relay(), 20).power_up_within(20 * MILLISECOND);

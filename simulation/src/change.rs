@@ -81,7 +81,8 @@ impl Change {
     /// Applies the change to the wiring. A module without power stays attached.
     ///
     /// # Errors
-    /// It can't happen: a module is not there or has no power, a dock is not free or not attached.
+    /// It can't happen: a module is not there or has no power, a dock is not free or not attached, or to be
+    /// attached where an obstacle is.
     pub fn apply(&self, wiring: &mut Wiring) -> Result<(), WiringError> {
         match *self {
             Change::Attach(one, other) => wiring.attach(one, other),
@@ -95,11 +96,9 @@ impl Change {
                 Links::All => Ok(()),
                 Links::From(face) => wiring.expect_attached(face),
             },
-            Change::Obstacle { at, is_there: false } => wiring.check(at.module),
+            Change::Obstacle { at, is_there } => wiring.set_obstacle(at, is_there),
             Change::Roll(_) => Ok(()),
-            Change::Obstacle { at, is_there: true } | Change::Command { at, .. } | Change::Console(at) => {
-                wiring.expect_free(at)
-            }
+            Change::Command { at, .. } | Change::Console(at) => wiring.expect_free(at),
         }
     }
 

@@ -220,7 +220,7 @@ impl Observer {
 
     /// The wiring without the attachments that are blind in one direction: neither end counts the other then.
     fn audible(&self) -> Wiring {
-        let mut audible = self.wiring.clone();
+        let mut audible = self.wiring.clone().without_obstacles();
         for &(face, _) in &self.muted {
             // Where nothing is attached nothing is to be detached.
             let _ = audible.detach(face);

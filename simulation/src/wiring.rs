@@ -4,7 +4,7 @@ use std::fmt;
 
 use hormone::module_type::ModuleType;
 use hormone::neighbours::Neighbours;
-use tasks::dock::Dock;
+use tasks::dock::{Dock, DockSet};
 use thiserror::Error;
 
 /// A dock of a module of the robot.
@@ -31,6 +31,8 @@ pub struct Wiring {
     attached: Vec<[Option<Face>; 6]>,
     /// Modules whose power has failed.
     dead: Vec<usize>,
+    /// Docks before which something is that reflects what they send.
+    obstacles: Vec<Face>,
 }
 
 /// Why docks can't be attached or detached, or something else can't happen to a module.
@@ -44,6 +46,8 @@ pub enum WiringError {
     SwapWithItself { module: usize },
     #[error("the {dock:?} dock of module {module} is attached already; detach it or use another")]
     DockInUse { module: usize, dock: Dock },
+    #[error("an obstacle is before the {dock:?} dock of module {module}; clear it first or use another")]
+    Obstacle { module: usize, dock: Dock },
     #[error("module {module} can't be attached to itself; name another")]
     ModuleToItself { module: usize },
     #[error(
@@ -55,7 +59,7 @@ pub enum WiringError {
 impl Wiring {
     /// So many modules, attached to nothing.
     pub fn new(modules: usize) -> Self {
-        Self { attached: vec![[None; 6]; modules], dead: Vec::new() }
+        Self { attached: vec![[None; 6]; modules], dead: Vec::new(), obstacles: Vec::new() }
     }
 
     pub fn modules(&self) -> usize {
@@ -65,7 +69,7 @@ impl Wiring {
     /// Attaches two docks to each other.
     ///
     /// # Errors
-    /// A module is not there, a dock not free, or both are of one module.
+    /// A module is not there, a dock not free or before an obstacle, or both are of one module.
     pub fn attach(&mut self, one: Face, other: Face) -> Result<(), WiringError> {
         // The errors that no other wiring would avoid come first.
         self.check(one.module)?;
@@ -73,8 +77,13 @@ impl Wiring {
         if one.module == other.module {
             return Err(WiringError::ModuleToItself { module: one.module });
         }
-        self.expect_free(one)?;
-        self.expect_free(other)?;
+        for face in [one, other] {
+            self.expect_free(face)?;
+            let Face { module, dock } = face;
+            if self.obstacles(module).contains(dock) {
+                return Err(WiringError::Obstacle { module, dock });
+            }
+        }
         *self.attached_mut(one) = Some(other);
         *self.attached_mut(other) = Some(one);
         Ok(())
@@ -92,7 +101,7 @@ impl Wiring {
         Ok(other)
     }
 
-    /// Lets two modules change places.
+    /// Lets two modules change places. Obstacles stay where they are.
     ///
     /// # Errors
     /// One of them is not there, or both are one.
@@ -103,7 +112,7 @@ impl Wiring {
             return Err(WiringError::SwapWithItself { module: one });
         }
         self.attached.swap(one, other);
-        for face in self.attached.iter_mut().flatten().flatten() {
+        for face in self.attached.iter_mut().flatten().flatten().chain(&mut self.obstacles) {
             if face.module == one {
                 face.module = other;
             } else if face.module == other {
@@ -122,6 +131,33 @@ impl Wiring {
         self.check(module)?;
         self.dead.push(module);
         Ok(())
+    }
+
+    /// From now on there is an obstacle before a dock, or none.
+    ///
+    /// # Errors
+    /// The module is not there or has no power, or something is attached where an obstacle is to be.
+    pub fn set_obstacle(&mut self, at: Face, is_there: bool) -> Result<(), WiringError> {
+        self.check(at.module)?;
+        if is_there {
+            self.expect_free(at)?;
+        }
+        self.obstacles.retain(|&face| face != at);
+        self.obstacles.extend(is_there.then_some(at));
+        Ok(())
+    }
+
+    /// The docks of a module before which there is an obstacle: they hear what they send.
+    pub fn obstacles(&self, module: usize) -> DockSet {
+        let of_module = self.obstacles.iter().filter(|face| face.module == module);
+        of_module.fold(DockSet::EMPTY, |docks, face| docks.union(DockSet::of(&[face.dock])))
+    }
+
+    /// The same modules and attachments, and no obstacle.
+    #[must_use]
+    pub fn without_obstacles(mut self) -> Self {
+        self.obstacles.clear();
+        self
     }
 
     /// # Errors

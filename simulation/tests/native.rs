@@ -9,7 +9,7 @@ use hormone::pace::Pace;
 use hormone::status::Status;
 use simulation::{
     Change, Face, Links, MILLISECOND, Mcus, Native, Observer, Robot, Run, START_UP, Scenario, Shape, Wiring,
-    fnv_1a,
+    WiringError, fnv_1a,
 };
 use tasks::dock::Dock::{self, Back, Front, Left, Up};
 
@@ -296,6 +296,12 @@ fn a_dock_before_an_obstacle_has_no_neighbour() {
     robot.change(&Change::Obstacle { at: face(0, Up), is_there: true }).unwrap();
     robot.run_until(2 * SECOND);
     assert!(robot.is_right(0));
+    // It stays where it is, and hears nothing else.
+    robot.change(&Change::Swap(0, 1)).unwrap();
+    let attach = Change::Attach(face(1, Up), face(0, Up));
+    assert_eq!(robot.change(&attach), Err(WiringError::Obstacle { module: 1, dock: Up }));
+    robot.change(&Change::Obstacle { at: face(1, Up), is_there: false }).unwrap();
+    assert_eq!(robot.change(&attach), Ok(()));
 }
 
 #[test]

@@ -285,6 +285,12 @@ fn errors_point_at_the_line_and_say_what_to_do() {
         (&event("at = 1\nslip = 1\ndegrees = [0, 16, 2]"), 4, "[[event]]", "from -15 to 15"),
         (&event("at = 1\nconsole = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
         (&event("at = 1\nobstacle = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
+        (
+            &event("at = 1\nobstacle = \"1.Up\"\n[[event]]\nat = 2\nattach = [\"0.Up\", \"1.Up\"]"),
+            7,
+            "[[event]]",
+            "an obstacle is before the Up dock of module 1; clear it first or use another",
+        ),
         (&event("at = 1\nconsole = \"0.Front\"\nkill = 1"), 4, "[[event]]", "slip, command and console"),
         (&event("at = 1\nreset = 0\nmcu = \"both\"\ncolour = 1"), 8, "colour", "unknown field `colour`"),
         (&image("modules = []\nmaster = \"a.elf\""), 4, "[[image]]", "give `modules`"),

@@ -21,7 +21,7 @@ mod world;
 
 use std::hash::{Hash, Hasher};
 
-use tasks::dock::{Dock, DockSet};
+use tasks::dock::Dock;
 use tasks::message::{Address, Letter, Message, TaskCode};
 
 use crate::change::{Change, Links};
@@ -57,8 +57,6 @@ pub struct Native {
     wiring: Wiring,
     /// By module and dock, the way from there.
     channels: Vec<[Channel; 6]>,
-    /// Docks that hear what they send.
-    echoes: Vec<DockSet>,
     /// Whether any link ever lost or changed something.
     has_faults: bool,
     /// By module, when it has something to do next.
@@ -111,7 +109,6 @@ impl Native {
             modules: (0..count).map(module).collect(),
             wiring,
             channels: (0..count).map(|module| Dock::ALL.map(|dock| channel(module, dock))).collect(),
-            echoes: vec![DockSet::EMPTY; count],
             has_faults: false,
             due: vec![0; count],
             distance: 0,
@@ -182,7 +179,7 @@ impl Native {
 
     /// A frame leaves by a dock.
     fn fly(&mut self, from: Face, flight: Flight) {
-        if self.echoes[from.module].contains(from.dock) {
+        if self.wiring.obstacles(from.module).contains(from.dock) {
             self.arrive(from, flight.clone().later(lateness(from.dock, from.dock)));
         }
         let Some(to) = self.wiring.peer(from) else { return };
@@ -258,7 +255,7 @@ impl Robot for Native {
             self.change_world(change, &before);
         }
         match change {
-            Change::Attach(..) | Change::Detach(_) | Change::Swap(..) => {}
+            Change::Attach(..) | Change::Detach(_) | Change::Swap(..) | Change::Obstacle { .. } => {}
             &Change::Reset { module, mcus } => {
                 self.dockings.retain(|due| due.module != module || !mcus.contains(mcu_of(due.dock())));
                 self.modules[module].reset(self.now, mcus);
@@ -274,10 +271,6 @@ impl Robot for Native {
             }
             &Change::Noise { links, probability } => {
                 self.for_links(links, |channel| channel.noise = probability);
-            }
-            &Change::Obstacle { at: Face { module, dock }, is_there } => {
-                let echoes = &mut self.echoes[module];
-                if is_there { echoes.insert(dock) } else { echoes.remove(dock) }
             }
             &Change::Roll(degrees) => {
                 self.roll = degrees;
