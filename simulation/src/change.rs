@@ -102,15 +102,12 @@ impl Change {
         }
     }
 
-    /// If this is an order to walk or to stop: the module through which its body is ordered, the gait, `None`
-    /// to stop, and the Period.
-    pub fn orders(&self) -> Option<(usize, Option<GaitName>, Period)> {
+    /// If this is an order to walk or to stop: the module through which its body is ordered, the gait's name
+    /// or [`STOP`], and the Period. There may be no such gait; then the robot has to rest, too.
+    pub fn orders(&self) -> Option<(usize, u8, Period)> {
         let Change::Command { at, payload } = self else { return None };
         match Hormone::from_payload(payload)? {
-            Hormone::Order(Order { what: What::Walk(gait, period), .. }) => {
-                let name = GaitName::from_byte(gait);
-                (gait == STOP || name.is_some()).then_some((at.module, name, period))
-            }
+            Hormone::Order(Order { what: What::Walk(gait, period), .. }) => Some((at.module, gait, period)),
             _ => None,
         }
     }
@@ -145,8 +142,11 @@ impl fmt::Display for Change {
             }
             Change::Console(at) => write!(f, "the console is asked at {at}"),
             Change::Command { at, .. } => match self.orders() {
-                Some((_, None, _)) => write!(f, "an order to stop at {at}"),
-                Some((_, Some(name), _)) => write!(f, "an order to walk by {name:?} at {at}"),
+                Some((_, STOP, _)) => write!(f, "an order to stop at {at}"),
+                Some((_, gait, _)) => match GaitName::from_byte(gait) {
+                    Some(name) => write!(f, "an order to walk by {name:?} at {at}"),
+                    None => write!(f, "an order to walk by a gait that no module has at {at}"),
+                },
                 None => write!(f, "a message to HORMONE at {at}"),
             },
         }

@@ -1,5 +1,7 @@
 //! The events that a robot has been through while it ran.
 
+use hormone::gait::GaitName;
+
 use crate::change::Change;
 use crate::scenario::Event;
 
@@ -23,7 +25,7 @@ impl Course {
             self.ordered_at.get_or_insert(at);
         }
         self.is_undisturbed &= match (change, ordered) {
-            (_, Some(gait)) => gait.is_some_and(|name| name.gait().once.is_none()),
+            (_, Some(gait)) => GaitName::from_byte(gait).is_some_and(|name| name.gait().once.is_none()),
             (Change::Obstacle { .. } | Change::Console(_), _) => true,
             (Change::Loss { probability, .. } | Change::Noise { probability, .. }, _) => *probability == 0.0,
             _ => false,

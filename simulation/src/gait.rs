@@ -14,7 +14,6 @@
 use hormone::action::Action;
 use hormone::case::Source;
 use hormone::event::Event;
-use hormone::gait::GaitName;
 use hormone::period::Period;
 use hormone::sense::Sense;
 use hormone::status::Status;
@@ -131,15 +130,9 @@ impl Gait {
         self.unsettled(&disturbed)
     }
 
-    /// The body of a module was ordered to walk by this gait in this Period, or to stop. Returns the modules
-    /// that this concerns, and until when.
-    pub fn ordered(
-        &mut self,
-        module: usize,
-        gait: Option<GaitName>,
-        period: Period,
-        now: u64,
-    ) -> Vec<(usize, u64)> {
+    /// The body of a module was ordered to walk by the gait of this name in this Period, or to stop. Returns
+    /// the modules that this concerns, and until when.
+    pub fn ordered(&mut self, module: usize, gait: u8, period: Period, now: u64) -> Vec<(usize, u64)> {
         let touched = self.orders.give(&self.wiring, module, (gait, period), now);
         self.touched(&touched, now)
     }

@@ -10,7 +10,7 @@ use std::ops::Range;
 use hormone::action::Action;
 use hormone::gait::{Gait, GaitName, Once};
 use hormone::period::Period;
-use hormone::standing::{STOP, Standing};
+use hormone::standing::Standing;
 use hormone::status::Status;
 
 use crate::hardware::MILLISECOND;
@@ -23,6 +23,9 @@ use telling::Shown;
 /// For how long a robot has to have the shape that its gait makes of it until it counts as reshaped: a
 /// second, from when it has noticed.
 const LASTS: u64 = 1_000 * MILLISECOND + DISCOVERY;
+
+/// The order of a module that keeps none, or one for a gait that it does not have.
+const POWER_UP: Standing = Standing::none(GaitName::Centipede as u8);
 
 /// An order, or the gait that a module begins with.
 #[derive(Clone, Copy)]
@@ -66,7 +69,7 @@ pub struct Orders {
 impl Orders {
     /// So many modules at power-up: they begin with the centipede's gait.
     pub fn new(modules: usize) -> Self {
-        let first = Order { number: 0, standing: Standing::none(GaitName::Centipede as u8) };
+        let first = Order { number: 0, standing: POWER_UP };
         let of = vec![first; modules];
         Orders {
             of,
@@ -78,21 +81,21 @@ impl Orders {
         }
     }
 
-    /// The gait that a module has to walk by; `None` if it was ordered to stop.
+    /// The gait that a module has to walk by; `None` if it was ordered to stop, or to walk by a gait that it
+    /// does not have.
     pub fn gait(&self, module: usize) -> Option<Gait> {
         self.of[module].gait()
     }
 
-    /// The body of a module is ordered to walk by this gait in this Period, or to stop. Returns the modules
-    /// to which that is new.
+    /// The body of a module is ordered to walk by the gait of this name in this Period, or to stop. Returns
+    /// the modules to which that is new.
     pub fn give(
         &mut self,
         wiring: &Wiring,
         module: usize,
-        (gait, period): (Option<GaitName>, Period),
+        (gait, period): (u8, Period),
         now: u64,
     ) -> Vec<usize> {
-        let gait = gait.map_or(STOP, |name| name as u8);
         let Some(standing) = self.of[module].standing.next(gait, period) else { return Vec::new() };
         self.given += 1;
         let order = Order { number: self.given, standing };
@@ -135,7 +138,7 @@ impl Orders {
     /// than orders that others were given since their power-up.
     pub fn restarted(&mut self, module: usize, runs_at: u64) {
         let standing = &mut self.of[module].standing;
-        *standing = Standing::from_record(standing.to_record()).unwrap_or(*standing);
+        *standing = Standing::from_record(standing.to_record()).unwrap_or(POWER_UP);
         self.restarting.retain(|&(other, _)| other != module);
         self.restarting.push((module, runs_at));
     }
@@ -182,7 +185,7 @@ impl Orders {
         }
         let mut over: Vec<Reshaped> = self.reshaped.extract_if(.., |reshaped| reshaped.at <= now).collect();
         over.retain(|reshaped| self.of[reshaped.module].number == reshaped.order);
-        let give = |Reshaped { module, then, .. }| self.give(wiring, module, (Some(then), Period::OWN), now);
+        let give = |Reshaped { module, then, .. }| self.give(wiring, module, (then as u8, Period::OWN), now);
         changed.extend(over.into_iter().flat_map(give));
         changed
     }
@@ -235,7 +238,7 @@ impl Orders {
             let is_its = |choice: &&Choice| choice.order == order && choice.between.contains(&now);
             let then = self.choices.iter().find(is_its).map(|choice| choice.then);
             if let Some(then) = then.filter(|&then| says(module) == Some(then as u8)) {
-                changed.extend(self.give(wiring, module, (Some(then), Period::OWN), now));
+                changed.extend(self.give(wiring, module, (then as u8, Period::OWN), now));
             }
         }
         changed
@@ -294,6 +297,7 @@ impl Order {
 #[cfg(test)]
 pub mod tests {
     use hormone::gait::GaitName::{Caterpillar, CloseRing, OpenRing, RollingTrack};
+    use hormone::standing::STOP;
     use tasks::dock::Dock::Back;
 
     use super::*;
@@ -307,7 +311,7 @@ pub mod tests {
 
     fn ordered(wiring: &Wiring, gait: GaitName) -> Orders {
         let mut orders = Orders::new(wiring.modules());
-        orders.give(wiring, 0, (Some(gait), Period::OWN), 0);
+        orders.give(wiring, 0, (gait as u8, Period::OWN), 0);
         orders
     }
 
@@ -384,7 +388,7 @@ pub mod tests {
         ] {
             let mut orders = Orders::new(6);
             for &(module, gait) in orders_given {
-                orders.give(&cut, module, (gait, Period::OWN), 0);
+                orders.give(&cut, module, (gait.map_or(STOP, |gait| gait as u8), Period::OWN), 0);
             }
             orders.rewired(&cut, &whole, 1);
             for module in 0..6 {
@@ -403,7 +407,7 @@ pub mod tests {
         for (restarted, joined) in [(0..0, OpenRing), (0..2, OpenRing), (0..3, RollingTrack)] {
             let mut orders = Orders::new(6);
             for (module, gait) in [(0, Caterpillar), (0, OpenRing), (5, RollingTrack)] {
-                orders.give(&cut, module, (Some(gait), Period::OWN), 0);
+                orders.give(&cut, module, (gait as u8, Period::OWN), 0);
             }
             for module in restarted {
                 orders.rewired(&cut, &cut, 1);

@@ -1,5 +1,6 @@
 //! A robot, and what happens to it.
 
+use hormone::gait::GaitName;
 use thiserror::Error;
 
 use crate::change::Change;
@@ -67,7 +68,7 @@ impl Forecast {
             Err(WiringError::DockInUse { .. } | WiringError::NotAttached { .. }) if self.docks_itself => {}
             taken => taken?,
         }
-        let gait = change.orders().and_then(|(_, gait, _)| gait);
+        let gait = change.orders().and_then(|(_, gait, _)| GaitName::from_byte(gait));
         self.docks_itself |= gait.is_some_and(|name| name.gait().once.is_some());
         Ok(())
     }

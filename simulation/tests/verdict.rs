@@ -341,6 +341,19 @@ fn parts_that_join_do_not_walk_as_one_that_recalls_its_orders() {
     }
 }
 
+/// A module keeps no order for a gait that it does not have.
+#[test]
+fn a_robot_rests_by_an_order_for_a_gait_that_no_module_has() {
+    let order = |at: u32, gait: u8| {
+        format!("[[event]]\nat = {at}\ncommand = [{}, {at}, 255]\nto = \"2.Up\"\n", 0xd0 + gait)
+    };
+    let resets: String = (0..6).map(|module| format!("[[event]]\nat = 9\nreset = {module}\n")).collect();
+    for (gait, later) in [(11, String::new()), (11, order(6, 2)), (11, resets)] {
+        let file = format!("shape = \"chain\"\nmodules = 6\n{}{later}", order(3, gait));
+        assert_eq!(verdict(&file, 15), [""; 0], "{file}");
+    }
+}
+
 /// A short Period is ordered before the robot has had its time to walk by a long one.
 #[test]
 fn an_order_for_a_shorter_period_leaves_time_to_follow_it() {

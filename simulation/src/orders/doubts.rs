@@ -239,6 +239,7 @@ pub fn hearing(wiring: &Wiring, module: usize) -> Vec<usize> {
 mod tests {
     use hormone::gait::GaitName::{self, Caterpillar, Centipede, Serpentine, SixLegs};
     use hormone::period::Period;
+    use hormone::standing::STOP;
     use hormone::status::Status;
     use tasks::dock::Dock::Back;
 
@@ -264,7 +265,7 @@ mod tests {
         events.sort_by_key(|&(at, _)| at);
         for (at, order) in events {
             if let Some((module, gait)) = order {
-                orders.give(wiring, module, (Some(gait), Period::OWN), at);
+                orders.give(wiring, module, (gait as u8, Period::OWN), at);
             } else {
                 orders.rewired(wiring, &cut, at);
                 wiring = &cut;
@@ -337,8 +338,8 @@ mod tests {
         for (first, second) in [(long, Period::OWN), (Period::OWN, long)] {
             for beat in [own, longer] {
                 let mut orders = Orders::new(6);
-                orders.give(&chain, 0, (Some(Serpentine), first), AT);
-                orders.give(&chain, 5, (Some(Serpentine), second), AT + 1);
+                orders.give(&chain, 0, (Serpentine as u8, first), AT);
+                orders.give(&chain, 5, (Serpentine as u8, second), AT + 1);
                 let due = AT + 1 + DISCOVERY + 2 * longer;
                 let says = |_| Some(walking(Serpentine));
                 assert!(orders.choose(&chain, due - 1, says, |_| Some(beat)).is_empty(), "too soon");
@@ -358,9 +359,9 @@ mod tests {
         cut.detach(Face { module: 2, dock: Back }).unwrap();
         for said in [SixLegs, Serpentine] {
             let mut orders = Orders::new(6);
-            orders.give(&cut, 4, (Some(Serpentine), Period::OWN), 0);
-            orders.give(&cut, 0, (Some(Caterpillar), Period::OWN), AT);
-            orders.give(&cut, 2, (Some(SixLegs), Period::OWN), AT + 1);
+            orders.give(&cut, 4, (Serpentine as u8, Period::OWN), 0);
+            orders.give(&cut, 0, (Caterpillar as u8, Period::OWN), AT);
+            orders.give(&cut, 2, (SixLegs as u8, Period::OWN), AT + 1);
             orders.rewired(&cut, &whole, AT + 2);
             orders.choose(&whole, AT + 2 + DISCOVERY, |_| Some(walking(said)), |_| None);
             assert_eq!([0, 5].map(|module| orders.gait(module).unwrap().name), [said as u8; 2]);
@@ -370,7 +371,7 @@ mod tests {
     #[test]
     fn between_an_order_to_stop_and_one_to_walk_it_counts_whether_any_module_acts() {
         let chain = Shape::Chain.wiring(6).unwrap();
-        for (first, second) in [(None, Some(Serpentine)), (Some(Serpentine), None)] {
+        for (first, second) in [(STOP, Serpentine as u8), (Serpentine as u8, STOP)] {
             for is_acting in [true, false] {
                 let mut orders = Orders::new(6);
                 orders.give(&chain, 0, (first, Period::OWN), AT);
@@ -379,7 +380,7 @@ mod tests {
                     Some(if is_acting && module == 2 { walking(Serpentine) } else { Status::POWER_UP })
                 };
                 orders.choose(&chain, AT + 3 * DISCOVERY, status, |_| None);
-                assert_eq!(orders.gait(3).is_some(), is_acting, "{first:?} {second:?}");
+                assert_eq!(orders.gait(3).is_some(), is_acting, "{first} {second}");
             }
         }
     }
@@ -392,9 +393,9 @@ mod tests {
         cut.detach(Face { module: 2, dock: Back }).unwrap();
         for (after, is_open) in [(DISCOVERY - 1, true), (DISCOVERY, false)] {
             let mut orders = Orders::new(6);
-            orders.give(&cut, 0, (Some(Serpentine), Period::OWN), 0);
+            orders.give(&cut, 0, (Serpentine as u8, Period::OWN), 0);
             orders.rewired(&cut, &whole, AT);
-            orders.give(&whole, 3, (Some(Caterpillar), Period::OWN), AT + after);
+            orders.give(&whole, 3, (Caterpillar as u8, Period::OWN), AT + after);
             orders.choose(&whole, AT + 3 * DISCOVERY, |_| Some(walking(Serpentine)), |_| None);
             let counts = if is_open { Serpentine } else { Caterpillar };
             assert_eq!([0, 3].map(|module| orders.gait(module).unwrap().name), [counts as u8; 2], "{after}");
