@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use hormone::hormone::Hormone;
 use serde::Deserialize;
 use tasks::dock::Dock;
 use tasks::message::MAX_PAYLOAD;
@@ -83,8 +84,10 @@ impl Scenario {
     /// The text is no TOML, has unknown fields or values out of range, or asks for what can't be. The error
     /// shows the line.
     pub fn from_toml(text: &str) -> Result<Self, FileError> {
-        let file: File =
-            toml::from_str(text).map_err(|error| FileError(error.to_string().trim_end().into()))?;
+        let file: File = toml::from_str(text).map_err(|error| {
+            let message = in_plain_words(error.message());
+            FileError(error.span().map_or(message.clone(), |span| point_at(text, span, &message)))
+        })?;
         let at =
             |span: Range<usize>, message: &dyn std::fmt::Display| FileError(point_at(text, span, message));
         let wiring = file.wiring().map_err(|(span, message)| at(span, &message))?;
@@ -155,7 +158,7 @@ impl Change {
     /// They name none, or one out of range.
     pub fn from_toml(lines: &str) -> Result<Self, FileError> {
         let table = toml::from_str(&format!("at = 0\n{lines}"));
-        let table: EventTable = table.map_err(|error| FileError(error.message().into()))?;
+        let table: EventTable = table.map_err(|error| FileError(in_plain_words(error.message())))?;
         table.change().map_err(FileError)
     }
 
@@ -282,7 +285,34 @@ fn command(payload: Vec<u8>, at: Face) -> Result<Change, String> {
     if payload.len() > MAX_PAYLOAD {
         return Err(format!("give a command of at most {MAX_PAYLOAD} bytes"));
     }
+    // Anything else may be sent, to see what a robot makes of it; a mistake in an order would go unnoticed.
+    let advice = match payload.first().map(|first| first >> 4) {
+        Some(0xd) => "give an order as 0xd0 + gait, a number, and a Period: 5 to 80 times 50 ms, or 255",
+        Some(0xe) => "give a course as 0xe0 + 0, 1 or 2, a number, and for how many modules, from 1",
+        _ => return Ok(Change::Command { at, payload }),
+    };
+    if Hormone::from_payload(&payload).is_none() {
+        return Err(advice.into());
+    }
     Ok(Change::Command { at, payload })
+}
+
+/// A message of the TOML reader without the names of Rust's types.
+fn in_plain_words(message: &str) -> String {
+    const WORDS: [(&str, &str); 7] = [
+        ("expected usize", "give a whole number from 0"),
+        ("expected u8", "give a whole number from 0 to 255"),
+        ("expected f64", "give a number"),
+        ("expected a string", "give a text in quotes"),
+        ("wanted string or table", "give a text in quotes"),
+        ("expected a sequence", "give a list, as in [1, 2]"),
+        ("invalid type: map, give a list, as in [1, 2]", "one table in [ ]: give a list of tables, in [[ ]]"),
+    ];
+    let message = message.trim_end();
+    match message.split_once("expected struct ") {
+        Some((before, _)) => format!("{before}give a table, as docs/simulator.md has it"),
+        None => WORDS.iter().fold(message.to_owned(), |message, (from, to)| message.replace(from, to)),
+    }
 }
 
 /// The message, and below it the first line of `span` with its number.
