@@ -31,8 +31,8 @@ pub struct Wiring {
     attached: Vec<[Option<Face>; 6]>,
     /// Modules whose power has failed.
     dead: Vec<usize>,
-    /// Docks before which something is that reflects what they send.
-    obstacles: Vec<Face>,
+    /// By module, the docks before which something is that reflects what they send.
+    obstacles: Vec<DockSet>,
 }
 
 /// Why docks can't be attached or detached, or something else can't happen to a module.
@@ -59,7 +59,11 @@ pub enum WiringError {
 impl Wiring {
     /// So many modules, attached to nothing.
     pub fn new(modules: usize) -> Self {
-        Self { attached: vec![[None; 6]; modules], dead: Vec::new(), obstacles: Vec::new() }
+        Self {
+            attached: vec![[None; 6]; modules],
+            dead: Vec::new(),
+            obstacles: vec![DockSet::EMPTY; modules],
+        }
     }
 
     pub fn modules(&self) -> usize {
@@ -112,7 +116,8 @@ impl Wiring {
             return Err(WiringError::SwapWithItself { module: one });
         }
         self.attached.swap(one, other);
-        for face in self.attached.iter_mut().flatten().flatten().chain(&mut self.obstacles) {
+        self.obstacles.swap(one, other);
+        for face in self.attached.iter_mut().flatten().flatten() {
             if face.module == one {
                 face.module = other;
             } else if face.module == other {
@@ -142,21 +147,24 @@ impl Wiring {
         if is_there {
             self.expect_free(at)?;
         }
-        self.obstacles.retain(|&face| face != at);
-        self.obstacles.extend(is_there.then_some(at));
+        let obstacles = &mut self.obstacles[at.module];
+        if is_there {
+            obstacles.insert(at.dock)
+        } else {
+            obstacles.remove(at.dock)
+        }
         Ok(())
     }
 
     /// The docks of a module before which there is an obstacle: they hear what they send.
     pub fn obstacles(&self, module: usize) -> DockSet {
-        let of_module = self.obstacles.iter().filter(|face| face.module == module);
-        of_module.fold(DockSet::EMPTY, |docks, face| docks.union(DockSet::of(&[face.dock])))
+        self.obstacles.get(module).copied().unwrap_or(DockSet::EMPTY)
     }
 
     /// The same modules and attachments, and no obstacle.
     #[must_use]
     pub fn without_obstacles(mut self) -> Self {
-        self.obstacles.clear();
+        self.obstacles.fill(DockSet::EMPTY);
         self
     }
 

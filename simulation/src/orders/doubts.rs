@@ -69,11 +69,12 @@ impl Doubts {
         let is_other = |it: &Spreading| it.order == known && (it.module != module || now <= heard_by(it));
         if self.spreading.iter().any(is_other) {
             self.open(wiring, module, order, of.into(), now);
+        } else {
+            // What may count instead of the order before may do so instead of this one.
+            let is_fresh = |it: &&Doubt| it.is_about(module, known) && now < it.since + DISCOVERY;
+            let fresh: Vec<_> = self.open.iter().filter(is_fresh).map(|it| Arc::clone(&it.instead)).collect();
+            fresh.into_iter().for_each(|instead| self.open(wiring, module, order, instead, now));
         }
-        // What may count instead of the order before may do so instead of this one.
-        let is_fresh = |it: &&Doubt| it.is_about(module, known) && now < it.since + DISCOVERY;
-        let fresh: Vec<_> = self.open.iter().filter(is_fresh).map(|it| Arc::clone(&it.instead)).collect();
-        fresh.into_iter().for_each(|instead| self.open(wiring, module, order, instead, now));
         let mut is_apart = vec![false; of.len()];
         for before in &self.before {
             hearing(&before.wiring, module).into_iter().for_each(|it| is_apart[it] = true);
@@ -202,6 +203,9 @@ impl Order {
     }
 }
 
+/// More orders than that are not told apart: the oldest ones count no more.
+const MOST: usize = 32;
+
 /// The orders that a module may follow by these doubts, and first this one, which counts else.
 pub fn candidates(doubts: &[Doubt], module: usize, order: Order) -> Vec<Order> {
     let mut orders = vec![order];
@@ -209,8 +213,8 @@ pub fn candidates(doubts: &[Doubt], module: usize, order: Order) -> Vec<Order> {
     while let Some(&order) = orders.get(seen) {
         for doubt in doubts.iter().filter(|doubt| doubt.is_about(module, order.number)) {
             let instead = doubt.instead[module];
-            if orders.iter().all(|known| (known.number, known.standing) != (instead.number, instead.standing))
-            {
+            let is_known = |it: &Order| (it.number, it.standing) == (instead.number, instead.standing);
+            if orders.len() < MOST && !orders.iter().any(is_known) {
                 orders.push(instead);
             }
         }
