@@ -28,8 +28,8 @@ const TCNT1H: u16 = 0x4d;
 const TCNT1L: u16 = 0x4c;
 const PORTD: u16 = 0x32;
 
-/// Registers of Timer1, and port C. Only the body follows these and the compare registers, so simavr need
-/// not: it would count each pulse of the motors, 20,000 a second, and signal the level of each pin.
+/// Registers of Timer1, and port C. Only the body follows these: otherwise the timer would count each pulse of
+/// the motors, 20,000 a second, and simavr would signal the level of each pin.
 const FOLLOWED: [u16; 5] = [PORTC, TCNT1L, TCNT1H, TCCR1B, TCCR1A];
 
 /// The docks of each half, by their places.
@@ -48,7 +48,6 @@ impl BodyPins {
         for mcu in &mut *mcus {
             mcu.set_analog(|analog| analog.multiplexer = Some(MULTIPLEXER));
             mcu.make_plain(&FOLLOWED);
-            mcu.keep_compare_registers();
         }
         self.show(body, mcus);
     }

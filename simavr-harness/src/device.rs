@@ -29,8 +29,8 @@ pub(crate) trait Device {
     /// instruction.
     fn expire(&mut self, _cpu: Cpu, _now: u64) {}
 
-    /// A watched pin has level `_level` now, perhaps the same as before.
-    fn pin_changed(&mut self, _cpu: Cpu, _level: bool) {}
+    /// The watched pin at `_bit` of its port has level `_level` now, perhaps the same as before.
+    fn pin_changed(&mut self, _cpu: Cpu, _bit: u8, _level: bool) {}
 }
 
 /// A device that is attached to an instance: simavr calls it while the program runs, the harness between
@@ -40,6 +40,12 @@ pub(crate) struct Attached<D: Device>(NonNull<Slot<D>>);
 struct Slot<D> {
     device: D,
     /// The cycle for which simavr holds a timer.
+    armed: Option<u64>,
+}
+
+/// A device at one moment.
+pub(crate) struct Saved<D> {
+    device: D,
     armed: Option<u64>,
 }
 
@@ -93,6 +99,23 @@ impl<D: Device> Attached<D> {
         slot.catch_up(cpu);
         slot.arm(cpu, self.0.as_ptr());
         result
+    }
+
+    /// The device as it is, to be restored later.
+    pub fn save(&self) -> Saved<D>
+    where
+        D: Clone,
+    {
+        // SAFETY: callbacks run only inside a run of the MCU, which borrows the owner exclusively.
+        let slot = unsafe { self.0.as_ref() };
+        Saved { device: slot.device.clone(), armed: slot.armed }
+    }
+
+    /// Restores the device, after simavr's timers have been restored to the same moment.
+    pub fn restore(&mut self, saved: Saved<D>) {
+        // SAFETY: callbacks run only inside a run of the MCU, which borrows the owner, as this does.
+        let slot = unsafe { self.0.as_mut() };
+        (slot.device, slot.armed) = (saved.device, saved.armed);
     }
 
     /// Forgets the timer that was set, after a reset has dropped simavr's timers.
@@ -184,10 +207,11 @@ unsafe extern "C" fn expire<D: Device>(
 
 unsafe extern "C" fn pin_changed<D: Device>(irq: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {
     let parameter = parameter.cast::<Slot<D>>();
-    // SAFETY: the signal's pool leads to the instance, and the slot was registered with the signal. simavr
-    // changes a watched pin only while the program runs, and never inside the device that watches it.
-    let (cpu, slot) = unsafe { (Cpu::from_raw((*(*irq).pool).avr), &mut *parameter) };
-    slot.device.pin_changed(cpu, value & LEVEL != 0);
+    // SAFETY: the signal's pool leads to the instance, and the slot was registered with the signal, whose number
+    // is the pin's. simavr changes a watched pin only while the program runs, and never inside the device that
+    // watches it.
+    let (cpu, slot, bit) = unsafe { (Cpu::from_raw((*(*irq).pool).avr), &mut *parameter, (*irq).irq as u8) };
+    slot.device.pin_changed(cpu, bit, value & LEVEL != 0);
     slot.arm(cpu, parameter);
 }
 

@@ -14,13 +14,13 @@ use crate::part::{Part, Pin};
 use crate::probe::{self, Edge, Probe};
 use crate::repair::adc::{self, Adc, Analog};
 use crate::repair::eeprom::{self, Eeprom};
+use crate::repair::external::{self, External};
 use crate::repair::spm::{self, Spm, WhileWriting};
-use crate::repair::timer1::{self, Timer1};
-use crate::repair::timer3::{self, Timer3};
+use crate::repair::timer::{self, Timer};
 use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Usart, UsartCounts};
 use crate::repair::watchdog;
-use crate::repair::{external, flags, interrupt, pins, rampz, reset_flags};
+use crate::repair::{flags, interrupt, pins, rampz, reset_flags};
 use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
 use crate::trace::{NotTraceable, Trace, Tracer};
 use crate::wires::{self, Wires};
@@ -56,9 +56,11 @@ pub struct Mcu {
     spm: Option<Attached<Spm>>,
     /// "Store Program Memory Ready" waits for the EEPROM. Kept here because each turn reads it.
     spm_waits: bool,
-    timer3: Option<Attached<Timer3>>,
+    /// `None`: simavr's own stay.
+    external: Option<Attached<External>>,
+    /// Empty: simavr's own stay.
+    timers: Vec<Attached<Timer>>,
     // Held for simavr, which calls into them.
-    timer1: Option<Attached<Timer1>>,
     _wrapped: WrappedWrites,
     /// Serial ports at pins rather than USARTs.
     serial_pins: Vec<Attached<PinSerial>>,
@@ -134,9 +136,7 @@ impl Mcu {
         rampz::install(cpu, &mut wrapped);
         reset_flags::install(cpu, &mut wrapped);
         watchdog::install(cpu, &mut wrapped);
-        if let Some(registers) = &part.timer1 {
-            timer1::install(cpu, registers, &mut wrapped);
-        }
+        timer::install(cpu, part.timers, &mut wrapped);
         flags::install(cpu, part);
         let usarts = part.usarts.iter().map(|registers| usart::attach(cpu, registers)).collect();
         let adc = part.adc.as_ref().map(|registers| adc::attach(cpu, registers).ok_or_else(missing));
@@ -144,7 +144,8 @@ impl Mcu {
             .spm
             .as_ref()
             .map(|registers| spm::attach(cpu, registers, part.eeprom.eecr).ok_or_else(missing));
-        let timer3 = part.timer3.map(|capture| timer3::attach(cpu, capture).ok_or_else(missing));
+        let external = part.has_external_interrupts.then(|| external::attach(cpu).ok_or_else(missing));
+        let timers = part.timers.iter().map(|registers| timer::attach(cpu, registers)).collect();
         let mut mcu = Self {
             part,
             markers: marker::attach(cpu, part.marker),
@@ -155,8 +156,8 @@ impl Mcu {
             adc: adc.transpose()?,
             spm: spm.transpose()?,
             spm_waits: false,
-            timer3: timer3.transpose()?,
-            timer1: part.timer1.as_ref().map(|registers| timer1::attach(cpu, registers)),
+            external: external.transpose()?,
+            timers: Option::ok_or_else(timers, missing)?,
             cpu,
             image,
             _wrapped: wrapped,
@@ -396,13 +397,6 @@ impl Mcu {
         make_plain(self.cpu, registers);
     }
 
-    /// Keeps what the program writes to Timer1's compare registers, with no effect in simavr.
-    pub(crate) fn keep_compare_registers(&mut self) {
-        if let Some(timer1) = &self.timer1 {
-            timer1::keep_compare_registers(self.cpu, timer1);
-        }
-    }
-
     /// Watches a pin from now on. Probes are numbered from 0.
     pub fn add_probe(&mut self, pin: Pin) {
         self.probes.push(probe::attach(self.cpu, pin));
@@ -499,10 +493,12 @@ impl Mcu {
             adc.forget_timer();
             adc.with(cpu, |adc| adc.reset(cpu));
         }
-        if let Some(timer3) = &mut self.timer3 {
-            external::install(cpu);
-            timer3.forget_timer();
-            timer3.with(cpu, |timer| timer.reset(cpu));
+        for timer in &mut self.timers {
+            timer.forget_timer();
+            timer.with(cpu, |timer| timer.reset(cpu));
+        }
+        if let Some(external) = &mut self.external {
+            external.with(cpu, |external| external.reset(cpu));
         }
         cpu.restore_pins();
         for serial in &mut self.serial_pins {

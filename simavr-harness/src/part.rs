@@ -3,6 +3,8 @@
 
 use thiserror::Error;
 
+use crate::repair::timer::{self, TimerRegisters};
+
 /// One microcontroller.
 #[derive(Debug)]
 pub struct Part {
@@ -29,10 +31,10 @@ pub struct Part {
     pub(crate) adc: Option<AdcRegisters>,
     /// `None`: simavr's own stays.
     pub(crate) spm: Option<SpmRegisters>,
-    /// `None`: simavr's own takes every write.
-    pub(crate) timer1: Option<Timer1Registers>,
-    /// The first of Timer3's vectors, that of its capture unit. `None`: simavr's own stays.
-    pub(crate) timer3: Option<u8>,
+    /// Its external interrupts are those of the ATmega128. Otherwise simavr's own stay.
+    pub(crate) has_external_interrupts: bool,
+    /// Empty: simavr's own stay.
+    pub(crate) timers: &'static [TimerRegisters],
 }
 
 /// A pin: its port's letter and its bit, 0 to 7.
@@ -94,19 +96,6 @@ pub(crate) struct SpmRegisters {
     pub ready: u8,
 }
 
-/// The registers of Timer1 of which the harness corrects the writes, and those that decide on them.
-#[derive(Debug)]
-pub(crate) struct Timer1Registers {
-    pub icrl: u16,
-    pub icrh: u16,
-    pub tccra: u16,
-    pub tccrb: u16,
-    /// The low bytes of the compare registers. The high bytes follow them.
-    pub compare: [u16; 3],
-    /// The vector of compare unit C.
-    pub compare_c: u8,
-}
-
 /// The harness has no register map of a part.
 #[derive(Debug, Error)]
 #[error("the harness has no register map of a part \"{name}\"; it knows: {known}")]
@@ -161,15 +150,8 @@ impl Part {
         },
         adc: Some(AdcRegisters { adcl: 0x24, adch: 0x25, adcsra: 0x26, admux: 0x27, complete: 21 }),
         spm: Some(SpmRegisters { spmcsr: 0x68, ready: 34 }),
-        timer1: Some(Timer1Registers {
-            icrl: 0x46,
-            icrh: 0x47,
-            tccra: 0x4f,
-            tccrb: 0x4e,
-            compare: [0x4a, 0x48, 0x78],
-            compare_c: 24,
-        }),
-        timer3: Some(25),
+        has_external_interrupts: true,
+        timers: timer::ATMEGA128,
     };
 
     pub const ATMEGA328P: &'static Part = &Part {
@@ -185,8 +167,8 @@ impl Part {
         eeprom: later_eeprom(22, 1024),
         adc: None,
         spm: None,
-        timer1: None,
-        timer3: None,
+        has_external_interrupts: false,
+        timers: &[],
     };
 
     pub const ATMEGA1284P: &'static Part = &Part {
@@ -202,8 +184,8 @@ impl Part {
         eeprom: later_eeprom(25, 4096),
         adc: None,
         spm: None,
-        timer1: None,
-        timer3: None,
+        has_external_interrupts: false,
+        timers: &[],
     };
 
     pub const ATMEGA2560: &'static Part = &Part {
@@ -224,8 +206,8 @@ impl Part {
         eeprom: later_eeprom(30, 4096),
         adc: None,
         spm: None,
-        timer1: None,
-        timer3: None,
+        has_external_interrupts: false,
+        timers: &[],
     };
 
     /// All parts that the harness knows.

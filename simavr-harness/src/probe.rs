@@ -35,7 +35,7 @@ impl Probe {
 impl Device for Probe {
     fn write(&mut self, _cpu: Cpu, _address: u16, _value: u8) {}
 
-    fn pin_changed(&mut self, cpu: Cpu, level: bool) {
+    fn pin_changed(&mut self, cpu: Cpu, _bit: u8, level: bool) {
         if level != self.level {
             self.level = level;
             self.edges.push(Edge { cycle: cpu.cycle(), level });

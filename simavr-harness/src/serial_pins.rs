@@ -172,7 +172,7 @@ impl Device for PinSerial {
         }
     }
 
-    fn pin_changed(&mut self, cpu: Cpu, level: bool) {
+    fn pin_changed(&mut self, cpu: Cpu, _bit: u8, level: bool) {
         self.sender.edge(cpu.cycle(), level);
     }
 }

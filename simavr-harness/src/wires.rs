@@ -41,7 +41,7 @@ impl Device for Wires {
         // It has no register.
     }
 
-    fn pin_changed(&mut self, cpu: Cpu, level: bool) {
+    fn pin_changed(&mut self, cpu: Cpu, _bit: u8, level: bool) {
         let was_high = std::mem::replace(&mut self.clock_is_high, level);
         if level && !was_high {
             self.pulses += 1;

@@ -1,10 +1,11 @@
 //! The pins of an instance.
 
-use std::ffi::{c_int, c_void};
+use std::ffi::c_int;
 
 use simavr_ffi as ffi;
 
 use super::{Cpu, Driven};
+use crate::part::Pin;
 
 /// Mask of a pin's level in the value that simavr signals; the bits above it tell what drives the pin.
 pub(crate) const LEVEL: u32 = 0xff;
@@ -81,15 +82,13 @@ impl Cpu {
         }
     }
 
-    /// Passes only the bare level of a pin to the external interrupt there, which has the same number as the
-    /// pin.
-    pub fn show_external_interrupt_levels_only(self, port: char, bit: u8) {
-        // SAFETY: both signals live as long as the instance, and `show_level` takes the second one.
+    /// Disconnects simavr's external interrupt from a pin, which has the same number.
+    pub fn disconnect_external_interrupt(self, pin: Pin) {
+        // SAFETY: both signals live as long as the instance.
         unsafe {
-            let interrupt = ffi::avr_io_getirq(self.as_ptr(), u32::from_be_bytes(*b"int "), c_int::from(bit));
-            let pin = self.pin_irq(port, bit);
-            ffi::avr_unconnect_irq(pin, interrupt);
-            ffi::avr_irq_register_notify(pin, Some(show_level), interrupt.cast());
+            let number = c_int::from(pin.bit);
+            let interrupt = ffi::avr_io_getirq(self.as_ptr(), u32::from_be_bytes(*b"int "), number);
+            ffi::avr_unconnect_irq(self.pin_irq(pin.port, pin.bit), interrupt);
         }
     }
 
@@ -103,10 +102,4 @@ impl Cpu {
         let (latch, direction, input) = (state.port(), state.ddr(), state.pin());
         (latch & direction | input & !direction) as u8
     }
-}
-
-/// Passes a pin's level on to the signal in `parameter`.
-unsafe extern "C" fn show_level(_pin: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {
-    // SAFETY: `show_external_interrupt_levels_only` registered this with a signal of the same instance.
-    unsafe { ffi::avr_raise_irq(parameter.cast(), (value & LEVEL != 0).into()) }
 }

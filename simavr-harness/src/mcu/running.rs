@@ -191,6 +191,9 @@ impl Mcu {
     /// Makes an accepted interrupt pending again if it is level-triggered and its condition lasts.
     fn refresh_level(&self, vector: Vector) {
         interrupt::refresh(self.cpu, vector);
+        if let Some(external) = &self.external {
+            external.get().accepted(self.cpu, vector.number());
+        }
         if vector.number() == self.part.eeprom.ready {
             self.eeprom.get().refresh(self.cpu);
         }
