@@ -32,6 +32,9 @@ const PORTD: u16 = 0x32;
 /// the motors, 20,000 a second, and simavr would signal the level of each pin.
 const FOLLOWED: [u16; 5] = [PORTC, TCNT1L, TCNT1H, TCCR1B, TCCR1A];
 
+/// The bits of TIMSK and ETIMSK that enable interrupts of Timer1.
+const TIMER1_INTERRUPTS: [(u16, u8); 2] = [(0x57, 0x3c), (0x7d, 0x01)];
+
 /// The docks of each half, by their places.
 const DOCKS: [(Controller, [Dock; 3]); 2] =
     [(Controller::Master, MASTER.docks()), (Controller::Slave, SLAVE.docks())];
@@ -54,6 +57,13 @@ impl BodyPins {
 
     /// Moves the body for a [`STEP`] as the pins drive it, and then shows the MCUs its new state.
     pub fn step(&mut self, body: &mut Body, mcus: &mut [Mcu; 2]) {
+        for mcu in &mut *mcus {
+            if TIMER1_INTERRUPTS.iter().any(|&(register, mask)| mcu.read(register).unwrap_or(0) & mask != 0) {
+                mcu.crash_for(
+                    "Timer1 interrupts: on a module it drives the joints, and nothing else is simulated",
+                );
+            }
+        }
         body.step(&drives(mcus), SECONDS);
         self.show(body, mcus);
     }

@@ -392,6 +392,13 @@ impl Mcu {
         }
     }
 
+    /// Ends the program, which relies on what is not simulated.
+    pub(crate) fn crash_for(&mut self, reason: &str) {
+        if self.is_alive() {
+            self.cpu.report(reason);
+        }
+    }
+
     /// Makes registers plain memory: what the program writes there has no effect in simavr.
     pub(crate) fn make_plain(&mut self, registers: &[u16]) {
         make_plain(self.cpu, registers);

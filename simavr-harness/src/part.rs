@@ -31,6 +31,8 @@ pub struct Part {
     pub(crate) adc: Option<AdcRegisters>,
     /// `None`: simavr's own stays.
     pub(crate) spm: Option<SpmRegisters>,
+    /// It chooses its sleep mode in MCUCR, as the ATmega128 does.
+    pub(crate) has_mcucr: bool,
     /// Its external interrupts are those of the ATmega128. Otherwise simavr's own stay.
     pub(crate) has_external_interrupts: bool,
     /// Empty: simavr's own stay.
@@ -150,6 +152,7 @@ impl Part {
         },
         adc: Some(AdcRegisters { adcl: 0x24, adch: 0x25, adcsra: 0x26, admux: 0x27, complete: 21 }),
         spm: Some(SpmRegisters { spmcsr: 0x68, ready: 34 }),
+        has_mcucr: true,
         has_external_interrupts: true,
         timers: timer::ATMEGA128,
     };
@@ -167,6 +170,7 @@ impl Part {
         eeprom: later_eeprom(22, 1024),
         adc: None,
         spm: None,
+        has_mcucr: false,
         has_external_interrupts: false,
         timers: &[],
     };
@@ -184,6 +188,7 @@ impl Part {
         eeprom: later_eeprom(25, 4096),
         adc: None,
         spm: None,
+        has_mcucr: false,
         has_external_interrupts: false,
         timers: &[],
     };
@@ -206,6 +211,7 @@ impl Part {
         eeprom: later_eeprom(30, 4096),
         adc: None,
         spm: None,
+        has_mcucr: false,
         has_external_interrupts: false,
         timers: &[],
     };

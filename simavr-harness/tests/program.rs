@@ -32,7 +32,12 @@ fn an_endless_loop_is_stopped_at_the_cycle_asked_for() {
 
 #[test]
 fn what_no_program_should_do_crashes_it() {
-    for (variant, reason) in [("CRASH", "Invalid Opcode"), ("STRAY", "write address")] {
+    for (variant, reason) in [
+        ("CRASH", "Invalid Opcode"),
+        ("STRAY", "write address"),
+        ("SELF_PROGRAMMING", "self-programming is not simulated"),
+        ("POWER_DOWN", "another mode than idle"),
+    ] {
         let mut mcu = mcu(&build_with("program.c", &[variant]));
         let state = mcu.run_to_end(10_000);
         let State::Crashed(message) = state else { panic!("{variant}: {state:?}") };

@@ -29,7 +29,12 @@ const fn ldi(register: u16, value: u16) -> u16 {
 /// RJMP to itself.
 const STAY: u16 = 0xcfff;
 
+/// STS of register 16, and a data address.
+const STS_R16: u16 = 0x9300;
+const ETIMSK: u16 = 0x7d;
+
 // I/O addresses.
+const OUT_TIMSK: u16 = 0x37;
 const OUT_TCCR1A: u16 = 0x2f;
 const OUT_TCCR1B: u16 = 0x2e;
 const OUT_OCR1AH: u16 = 0x2b;
@@ -72,6 +77,18 @@ fn a_duty_that_is_half_written_drives_no_motor() {
     }
     seen.dedup();
     assert_eq!(seen, [0, 255, 256]);
+}
+
+/// Nothing counts Timer1 on a module, so a program that waits for its interrupts would wait forever.
+#[test]
+fn interrupts_of_timer1_crash_a_module_s_program() {
+    for program in [&[ldi(16, 0x10), out(OUT_TIMSK, 16), STAY][..], &[ldi(16, 1), STS_R16, ETIMSK, STAY]] {
+        let mut mcus = wired(program);
+        mcus[0].run_until(100);
+        BodyPins::default().step(&mut Body::default(), &mut mcus);
+        mcus[0].run_until(200);
+        assert!(mcus[0].crash_reason().is_some_and(|reason| reason.contains("Timer1")));
+    }
 }
 
 /// A bit of PORTx without that of DDRx is a pull-up (section "Configuring the Pin").

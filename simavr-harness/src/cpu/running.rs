@@ -74,7 +74,7 @@ impl Cpu {
     }
 
     /// Ends the run with an error, unless simavr has reported one.
-    fn report(self, error: &str) {
+    pub fn report(self, error: &str) {
         // SAFETY: `control` lives as long as the instance; the reference ends here.
         unsafe { (*self.control()).fault.get_or_insert_with(|| error.to_owned()) };
         self.call_attention();

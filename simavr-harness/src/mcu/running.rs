@@ -6,7 +6,7 @@ use super::{Accepted, Mcu, State};
 use crate::cpu::{Core, Vector};
 use crate::execution::{self, Watchers};
 use crate::marker::Marker;
-use crate::repair::interrupt;
+use crate::repair::{interrupt, sleep};
 
 /// Cycles of a relative jump.
 const JUMP: u64 = 2;
@@ -118,6 +118,9 @@ impl Mcu {
             }
             self.awake_cycles += self.cycle() - start;
             self.asleep = self.cpu.core() == Core::Sleeping;
+            if self.asleep && self.part.has_mcucr && self.cpu.interrupts_enabled() {
+                sleep::check(self.cpu);
+            }
             if let Some(adc) = self.adc.as_mut().filter(|_| self.asleep) {
                 adc.with(self.cpu, |adc| adc.sleeps(self.cpu));
             }

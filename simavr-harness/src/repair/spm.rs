@@ -2,8 +2,9 @@
 //! long as SPMIE enables it and no SPM is under way. simavr never raises it, and does not treat it as a
 //! level.
 //!
-//! Simplified: no program here writes its own flash, so an SPM is never under way. The datasheet leaves open
-//! how a write to the EEPROM affects the interrupt: see [`WhileWriting`].
+//! No program here can write its own flash, nor read fuses and lock bits: one that sets SPMEN to do so crashes. So
+//! an SPM is never under way. The datasheet leaves open how a write to the EEPROM affects the interrupt: see
+//! [`WhileWriting`].
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
@@ -13,6 +14,9 @@ use crate::repair::interrupt;
 
 /// SPMCSR: the interrupt is enabled.
 const SPMIE: u8 = 0x80;
+
+/// SPMCSR: what the next SPM or LPM does is chosen by the other bits.
+const SPMEN: u8 = 0x01;
 
 /// How a write to the EEPROM may affect "Store Program Memory Ready" on the chip while it lasts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -54,6 +58,9 @@ impl Device for Spm {
     fn write(&mut self, cpu: Cpu, address: u16, value: u8) {
         if self.is_affected(cpu, WhileWriting::KeepsRegister) {
             return;
+        }
+        if value & SPMEN != 0 {
+            cpu.report("SPMEN set in SPMCSR: self-programming is not simulated");
         }
         cpu.set_data(address, value & SPMIE);
         self.refresh(cpu);

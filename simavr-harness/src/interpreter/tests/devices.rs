@@ -33,6 +33,9 @@ const SP: [u16; 2] = [0x5d, 0x5e];
 /// Data addresses of Timer0's control register, and of the interrupt mask of Timer0 to Timer2.
 const TCCR0: u16 = 0x53;
 const TIMSK: u16 = 0x57;
+/// Data addresses of the registers that choose the sleep mode and begin self-programming.
+const MCUCR: u16 = 0x55;
+const SPMCSR: u16 = 0x68;
 /// Data addresses of the registers of devices, and of the status register.
 const DEVICES: std::ops::Range<u16> = 0x20..0xa0;
 /// The ATmega128's vectors.
@@ -108,7 +111,7 @@ impl Program {
         match self.random.below(9) {
             0 | 1 => {
                 let address = self.register();
-                self.store(address, value);
+                self.store(address, value & !crashing(address));
             }
             2 => {
                 let address = self.register();
@@ -138,6 +141,15 @@ const fn read(register: u16, port: u16) -> u16 {
 
 const fn write(port: u16, register: u16) -> u16 {
     read(register, port) | 0x0800
+}
+
+/// The bits of a register that would crash a program: they ask for what is not simulated.
+fn crashing(address: u16) -> u8 {
+    match address {
+        MCUCR => 0x1c,
+        SPMCSR => 0x01,
+        _ => 0,
+    }
 }
 
 /// Applies a random event from outside: a reset, a character or a level at a pin.
