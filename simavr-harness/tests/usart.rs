@@ -93,6 +93,42 @@ fn a_receiver_that_is_off_hears_nothing() {
     assert_eq!((counts.received, counts.unheard), (0, 1));
 }
 
+/// It is switched on within the frame, and takes the next one.
+#[test]
+fn a_receiver_that_is_switched_on_within_a_frame_does_not_hear_it() {
+    let mut mcu = mcu(&build_with("usart.c", &["KERNEL"]));
+    let on = mcu.run_to_marker(1, 10_000).unwrap().cycle;
+    for (value, start) in [(0x61, on - 20), (0x62, on - 20 + FRAME)] {
+        mcu.receive(0, Character { value, start, end: start + FRAME });
+    }
+    mcu.run_until(on + 100_000);
+    assert_eq!(marked(&mcu), [1, 0x62]);
+    let counts = mcu.usart_counts(0).unwrap();
+    assert_eq!((counts.received, counts.unheard), (1, 1));
+}
+
+/// What a receiver at 38400 baud makes of a byte: the bits that the line has in the middle of its own, and
+/// whether the stop bit is missing.
+#[test]
+fn a_byte_at_another_rate_is_received_as_the_line_has_it() {
+    const FE: u8 = 0x10;
+    let received = |value, length| {
+        let mut mcu = mcu(&build_with("usart.c", &["LATE"]));
+        let start = mcu.run_to_marker(1, 10_000).unwrap().cycle;
+        mcu.receive(0, Character { value, start, end: start + length });
+        assert_eq!(mcu.run_to_end(100_000), State::Done);
+        let [status, byte] = marked(&mcu)[1..] else { panic!("one byte is read") };
+        (byte, status & FE)
+    };
+    assert_eq!(received(0x5a, FRAME), (0x5a, 0));
+    assert_eq!(received(0x5a, FRAME * 104 / 100), (0x5a, 0), "4 % is within what a receiver takes");
+    // At half the rate each bit is read twice, the start bit first, and bit 3 as the stop bit.
+    assert_eq!(received(0x5a, 2 * FRAME), (0b1001_1000, 0));
+    assert_eq!(received(0x00, 2 * FRAME), (0, FE));
+    // At twice the rate bits 2, 4 and 6 are read, and then the idle line.
+    assert_eq!(received(0x5a, FRAME / 2), (0b1111_1110, 0));
+}
+
 /// RXC is level-triggered: it raises the interrupt again although the handler did not end with RETI.
 #[test]
 fn bytes_that_wait_raise_one_interrupt_after_another() {

@@ -8,7 +8,8 @@
 //!
 //! Simplified: an overrun, which happens at the start bit of the frame that is too many, shows at the end of
 //! that frame. What the program has read meanwhile can't be lost any more, so the new frame is lost in its
-//! place. No character that comes in has a framing error.
+//! place. A character of another length than the receiver's frames is taken to have 8 data bits and one stop bit,
+//! and what it leads to beyond the first frame is not received.
 
 use std::collections::VecDeque;
 
@@ -17,6 +18,7 @@ use crate::cpu::{Cpu, News, Vector};
 use crate::device::{Attached, Device, make_plain};
 use crate::part::UsartRegisters;
 use crate::repair::interrupt;
+use crate::serial_pins::{BITS, levels};
 
 /// The counts of a USART since power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -59,9 +61,18 @@ struct Receiver {
     /// The characters on their way here, in the order in which their frames end.
     arriving: VecDeque<Character>,
     /// Two bytes of buffer, then the shift register.
-    held: VecDeque<u8>,
+    held: VecDeque<Received>,
+    /// The cycle at which the receiver was switched on. It does not hear a frame that has begun before.
+    on_since: u64,
     /// The cycle at which the program last made room where there was none.
     room_since: u64,
+}
+
+/// A byte that was received.
+#[derive(Clone, Copy)]
+struct Received {
+    value: u8,
+    has_framing_error: bool,
 }
 
 /// The receive buffer and the shift register behind it.
@@ -71,6 +82,7 @@ const RECEIVER_HOLDS: usize = 3;
 const RXC: u8 = 0x80;
 const TXC: u8 = 0x40;
 const UDRE: u8 = 0x20;
+const FE: u8 = 0x10;
 const DOR: u8 = 0x08;
 const U2X: u8 = 0x02;
 const MPCM: u8 = 0x01;
@@ -109,19 +121,46 @@ impl Receiver {
 }
 
 impl UsartRegisters {
-    /// Length of a frame in cycles by the present registers: start bit, 5 to 9 data bits, parity, stop
-    /// bits (section "Frame Formats").
+    /// Length of a frame in cycles by the present registers: start bit, data bits, parity, stop bits (section
+    /// "Frame Formats").
     pub fn frame_cycles(&self, cpu: Cpu) -> u64 {
-        let control = cpu.data(self.ucsrc);
+        let stop_bits = if cpu.data(self.ucsrc) & 0x08 == 0 { 1 } else { 2 };
+        (1 + self.data_bits(cpu) + self.parity_bits(cpu) + stop_bits) * self.bit_cycles(cpu)
+    }
+
+    /// 5 to 9.
+    fn data_bits(&self, cpu: Cpu) -> u64 {
         let nine_bits = cpu.data(self.ucsrb) & UCSZ2 != 0;
-        let data_bits = if nine_bits { 9 } else { 5 + (control >> 1 & 3) };
-        let parity_bits = u8::from(control & 0x30 != 0);
-        let stop_bits = if control & 0x08 == 0 { 1 } else { 2 };
-        let bits = 1 + data_bits + parity_bits + stop_bits;
+        if nine_bits { 9 } else { 5 + u64::from(cpu.data(self.ucsrc) >> 1 & 3) }
+    }
+
+    fn parity_bits(&self, cpu: Cpu) -> u64 {
+        u64::from(cpu.data(self.ucsrc) & 0x30 != 0)
+    }
+
+    fn bit_cycles(&self, cpu: Cpu) -> u64 {
         let divisor = u16::from_le_bytes([cpu.data(self.ubrrl), cpu.data(self.ubrrh) & 0x0f]);
         let double_speed = cpu.data(self.ucsra) & U2X != 0;
-        let bit_cycles = (if double_speed { 8 } else { 16 }) * (u64::from(divisor) + 1);
-        u64::from(bits) * bit_cycles
+        (if double_speed { 8 } else { 16 }) * (u64::from(divisor) + 1)
+    }
+
+    /// What the receiver makes of a character, whose bits may be longer or shorter than its own: it reads the
+    /// line in the middle of each of its own bits.
+    fn hear(&self, cpu: Cpu, Character { value, start, end }: Character) -> Received {
+        let length = end.saturating_sub(start).max(1);
+        if self.frame_cycles(cpu).abs_diff(length) * 50 <= length {
+            return Received { value, has_framing_error: false };
+        }
+        let bit_cycles = self.bit_cycles(cpu);
+        let level_in_bit = |bit: u64| {
+            let at = (2 * bit + 1) * bit_cycles * BITS / (2 * length);
+            levels(value).nth(at as usize).unwrap_or(true)
+        };
+        let data_bits = self.data_bits(cpu);
+        let value =
+            (0..data_bits.min(8)).fold(0, |value, bit| value | u8::from(level_in_bit(bit + 1)) << bit);
+        let stop_bit = 1 + data_bits + self.parity_bits(cpu);
+        Received { value, has_framing_error: !level_in_bit(stop_bit) }
     }
 
     pub fn transmitter_is_on(&self, cpu: Cpu) -> bool {
@@ -196,8 +235,9 @@ impl Usart {
         }
     }
 
-    fn end_of_received_frame(&mut self, cpu: Cpu, Character { value, start, .. }: Character) {
-        if !self.receiver_is_on(cpu) {
+    fn end_of_received_frame(&mut self, cpu: Cpu, character: Character) {
+        let start = character.start;
+        if !self.receiver_is_on(cpu) || start < self.receiver.on_since {
             self.counts.unheard += 1;
             return;
         }
@@ -210,8 +250,15 @@ impl Usart {
                 return;
             }
         }
-        self.receiver.held.push_back(value);
-        self.set_status(cpu, RXC, true);
+        self.receiver.held.push_back(self.registers.hear(cpu, character));
+        self.show_received(cpu);
+    }
+
+    /// Shows whether a byte waits, and whether the first one that does had a framing error.
+    fn show_received(&self, cpu: Cpu) {
+        let first = self.receiver.held.front();
+        self.set_status(cpu, RXC, first.is_some());
+        self.set_status(cpu, FE, first.is_some_and(|byte| byte.has_framing_error));
     }
 
     fn write_data(&mut self, cpu: Cpu, value: u8) {
@@ -232,10 +279,13 @@ impl Usart {
     }
 
     fn write_control(&mut self, cpu: Cpu, value: u8) {
+        let was_on = self.receiver_is_on(cpu);
         cpu.set_data(self.registers.ucsrb, value);
         if value & RXEN == 0 {
             self.receiver.flush();
-            self.set_status(cpu, RXC | DOR, false);
+            self.set_status(cpu, RXC | FE | DOR, false);
+        } else if !was_on {
+            self.receiver.on_since = cpu.cycle();
         }
     }
 }
@@ -256,11 +306,11 @@ impl Device for Usart {
         if self.receiver.held.len() == RECEIVER_HOLDS {
             self.receiver.room_since = cpu.cycle();
         }
-        let value = self.receiver.held.pop_front();
+        let byte = self.receiver.held.pop_front();
         self.set_status(cpu, DOR, false);
-        self.set_status(cpu, RXC, !self.receiver.held.is_empty());
+        self.show_received(cpu);
         self.refresh(cpu);
-        value.unwrap_or(0)
+        byte.map_or(0, |byte| byte.value)
     }
 
     fn due(&self) -> Option<u64> {
