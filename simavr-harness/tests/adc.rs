@@ -56,3 +56,31 @@ fn results_are_parts_of_the_reference() {
     assert_eq!(result(1280, INTERNAL), 512);
     assert_eq!(result(2500, AVCC | LEFT), 512 << 6);
 }
+
+/// Two's complement of ten bits, in 1/512 of the reference (section "ADC Conversion Result").
+#[test]
+fn a_differential_input_is_a_difference_times_a_gain() {
+    let result = |channel: u8, millivolts: [u16; 4]| {
+        let channel = format!("CHANNEL={channel}");
+        let mut mcu = mcu(&build_with("adc.c", &["REFERENCE=0x40", "PRESCALER=5", &channel]));
+        mcu.set_analog(|analog| {
+            for (pin, millivolts) in analog.pins.iter_mut().zip(millivolts) {
+                *pin = f64::from(millivolts) / 1000.0;
+            }
+        });
+        assert_eq!(mcu.run_to_end(100_000), State::Done);
+        let values: Vec<u8> = mcu.markers().iter().map(|marker| marker.value).collect();
+        let bits = u16::from_le_bytes([values[8], values[9]]);
+        assert!(bits < 1024);
+        (bits << 6) as i16 >> 6
+    };
+    assert_eq!(result(0b10000, [3750, 1250, 0, 0]), 256);
+    assert_eq!(result(0b10000, [1250, 3750, 0, 0]), -256);
+    assert_eq!(result(0b11001, [0, 2500, 0, 0]), 256);
+    assert_eq!(result(0b11001, [0, 0, 5000, 0]), -512);
+    assert_eq!(result(0b01001, [1000, 1250, 0, 0]), 256);
+    assert_eq!(result(0b01000, [1000, 0, 0, 0]), 0);
+    assert_eq!(result(0b01111, [0, 0, 2500, 2510]), 204);
+    assert_eq!(result(0b01111, [0, 0, 2500, 2600]), 511);
+    assert_eq!(result(0b11111, [1000; 4]), 0);
+}

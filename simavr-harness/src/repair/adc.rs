@@ -3,8 +3,8 @@
 //!
 //! A pin may carry the output of an analog multiplexer, addressed by three pins of the MCU.
 //!
-//! Simplified: the voltage is sampled as the conversion begins, not 1.5 clocks later; differential inputs
-//! read 0; the first conversion with another reference, which may be wrong on the chip, reads half.
+//! Simplified: the voltage is sampled as the conversion begins, not 1.5 clocks later; a differential input settles
+//! at once; the first conversion with another reference, which may be wrong on the chip, reads half.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
@@ -37,6 +37,21 @@ const REFS_INTERNAL: u8 = 0xc0;
 const ADLAR: u8 = 0x20;
 const MUX: u8 = 0x1f;
 const MUX_BANDGAP: u8 = 0x1e;
+
+/// The positive and the negative pin of a differential input, and its gain (table "Input Channel and Gain
+/// Selections").
+fn differential(mux: u8) -> Option<(usize, usize, f64)> {
+    let mux = usize::from(mux);
+    match mux {
+        8..16 => {
+            let negative = if mux < 12 { 0 } else { 2 };
+            Some((negative + mux % 2, negative, if mux & 2 == 0 { 10.0 } else { 200.0 }))
+        }
+        16..24 => Some((mux - 16, 1, 1.0)),
+        24..30 => Some((mux - 24, 2, 1.0)),
+        _ => None,
+    }
+}
 
 /// An analog multiplexer before a pin.
 #[derive(Clone, Copy, Debug)]
@@ -137,19 +152,23 @@ impl Adc {
         let begins = on_since + (now - on_since).next_multiple_of(clock);
         let reference = cpu.data(self.registers.admux) & REFS;
         let is_settled = self.reference.replace(reference) == Some(reference);
-        let result = if is_settled { self.convert(cpu) } else { self.convert(cpu) / 2 };
+        let converted = self.convert(cpu);
+        let result = if is_settled { converted } else { converted / 2 } as u16 & 0x3ff;
         self.conversion = Some(Conversion { result, ends: begins + clocks * clock });
     }
 
-    /// The voltage at the chosen input, in 1/1024 of the reference, rounded down.
-    fn convert(&self, cpu: Cpu) -> u16 {
+    /// The voltage at the chosen input, in 1/1024 of the reference, or at a differential one in 1/512, rounded
+    /// down.
+    fn convert(&self, cpu: Cpu) -> i16 {
         let admux = cpu.data(self.registers.admux);
-        let volts = match admux & MUX {
-            MUX_BANDGAP => BANDGAP,
-            mux => self.voltage(cpu, mux.into()),
-        };
         let reference = if admux & REFS == REFS_INTERNAL { INTERNAL } else { SUPPLY };
-        (volts / reference * 1024.0).clamp(0.0, 1023.0) as u16
+        let mux = admux & MUX;
+        if let Some((positive, negative, gain)) = differential(mux) {
+            let volts = gain * (self.voltage(cpu, positive) - self.voltage(cpu, negative));
+            return (volts / reference * 512.0).floor().clamp(-512.0, 511.0) as i16;
+        }
+        let volts = if mux == MUX_BANDGAP { BANDGAP } else { self.voltage(cpu, mux.into()) };
+        (volts / reference * 1024.0).clamp(0.0, 1023.0) as i16
     }
 
     /// The voltage at a pin; at that of the multiplexer, the voltage of the addressed input.
