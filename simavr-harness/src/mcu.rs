@@ -15,6 +15,7 @@ use crate::probe::{self, Edge, Probe};
 use crate::repair::adc::{self, Adc, Analog};
 use crate::repair::eeprom::{self, Eeprom};
 use crate::repair::external::{self, External};
+use crate::repair::spi::{self, Spi};
 use crate::repair::spm::{self, Spm, WhileWriting};
 use crate::repair::timer::{self, Timer};
 use crate::repair::twi::{self, Twi};
@@ -58,6 +59,8 @@ pub struct Mcu {
     spm_waits: bool,
     /// `None`: simavr's own stay.
     external: Option<Attached<External>>,
+    /// `None`: simavr's own stays.
+    spi: Option<Attached<Spi>>,
     /// Empty: simavr's own stay.
     timers: Vec<Attached<Timer>>,
     // Held for simavr, which calls into them.
@@ -144,7 +147,8 @@ impl Mcu {
             .spm
             .as_ref()
             .map(|registers| spm::attach(cpu, registers, part.eeprom.eecr).ok_or_else(missing));
-        let external = part.has_external_interrupts.then(|| external::attach(cpu).ok_or_else(missing));
+        let external = part.has_external_and_spi.then(|| external::attach(cpu).ok_or_else(missing));
+        let spi = part.has_external_and_spi.then(|| spi::attach(cpu).ok_or_else(missing));
         let timers = part.timers.iter().map(|registers| timer::attach(cpu, registers)).collect();
         let mut mcu = Self {
             part,
@@ -157,6 +161,7 @@ impl Mcu {
             spm: spm.transpose()?,
             spm_waits: false,
             external: external.transpose()?,
+            spi: spi.transpose()?,
             timers: Option::ok_or_else(timers, missing)?,
             cpu,
             image,
@@ -503,6 +508,10 @@ impl Mcu {
         for timer in &mut self.timers {
             timer.forget_timer();
             timer.with(cpu, |timer| timer.reset(cpu));
+        }
+        if let Some(spi) = &mut self.spi {
+            spi.forget_timer();
+            spi.with(cpu, |spi| spi.reset(cpu));
         }
         if let Some(external) = &mut self.external {
             external.with(cpu, |external| external.reset(cpu));

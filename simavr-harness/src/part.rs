@@ -33,8 +33,8 @@ pub struct Part {
     pub(crate) spm: Option<SpmRegisters>,
     /// It chooses its sleep mode in MCUCR, as the ATmega128 does.
     pub(crate) has_mcucr: bool,
-    /// Its external interrupts are those of the ATmega128. Otherwise simavr's own stay.
-    pub(crate) has_external_interrupts: bool,
+    /// Its external interrupts and its SPI are those of the ATmega128. Otherwise simavr's own stay.
+    pub(crate) has_external_and_spi: bool,
     /// Empty: simavr's own stay.
     pub(crate) timers: &'static [TimerRegisters],
 }
@@ -153,7 +153,7 @@ impl Part {
         adc: Some(AdcRegisters { adcl: 0x24, adch: 0x25, adcsra: 0x26, admux: 0x27, complete: 21 }),
         spm: Some(SpmRegisters { spmcsr: 0x68, ready: 34 }),
         has_mcucr: true,
-        has_external_interrupts: true,
+        has_external_and_spi: true,
         timers: timer::ATMEGA128,
     };
 
@@ -171,7 +171,7 @@ impl Part {
         adc: None,
         spm: None,
         has_mcucr: false,
-        has_external_interrupts: false,
+        has_external_and_spi: false,
         timers: &[],
     };
 
@@ -189,7 +189,7 @@ impl Part {
         adc: None,
         spm: None,
         has_mcucr: false,
-        has_external_interrupts: false,
+        has_external_and_spi: false,
         timers: &[],
     };
 
@@ -212,7 +212,7 @@ impl Part {
         adc: None,
         spm: None,
         has_mcucr: false,
-        has_external_interrupts: false,
+        has_external_and_spi: false,
         timers: &[],
     };
 

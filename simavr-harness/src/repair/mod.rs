@@ -9,6 +9,7 @@ pub(crate) mod pins;
 pub(crate) mod rampz;
 pub(crate) mod reset_flags;
 pub(crate) mod sleep;
+pub(crate) mod spi;
 pub(crate) mod spm;
 pub(crate) mod timer;
 pub(crate) mod twi;
