@@ -235,6 +235,16 @@ impl Timer {
         self.blocked = None;
     }
 
+    /// Before the top changes: a counter that is at its top turns only if it still is there one clock later.
+    fn unturn(&mut self, cpu: Cpu) {
+        if let Way::Down(from) = self.way
+            && self.position(cpu.cycle()) == 0
+        {
+            self.way = UP;
+            self.move_to(cpu, from.into());
+        }
+    }
+
     /// What the program chose in the control registers.
     fn chosen(&self, cpu: Cpu) -> (Mode, Clock) {
         let (mode, select, has_crystal) = match self.registers.control {
@@ -264,6 +274,7 @@ impl Timer {
     fn follow_control(&mut self, cpu: Cpu) {
         let now = cpu.cycle();
         let (mode, clock) = self.chosen(cpu);
+        self.unturn(cpu);
         let mut position = self.position(now);
         if self.way != UP && !mode.counts_down() {
             position = self.value(position).into();
@@ -422,6 +433,7 @@ impl Timer {
 
     fn write_capture(&mut self, cpu: Cpu, register: u16, value: u16) {
         if self.chosen(cpu).0.top == Top::Capture {
+            self.unturn(cpu);
             self.set_capture(cpu, register, value);
             self.done = self.position(cpu.cycle()); // a value that the counter has passed is no top
         }
@@ -536,3 +548,6 @@ impl Device for Timer {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;
