@@ -21,7 +21,7 @@ use crate::repair::timer::{self, Timer};
 use crate::repair::twi::{self, Twi};
 use crate::repair::usart::{self, Usart, UsartCounts};
 use crate::repair::watchdog;
-use crate::repair::{flags, interrupt, pins, rampz, reset_flags};
+use crate::repair::{absent, flags, interrupt, pins, rampz, reset_flags};
 use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
 use crate::trace::{NotTraceable, Trace, Tracer};
 use crate::wires::{self, Wires};
@@ -139,6 +139,9 @@ impl Mcu {
         rampz::install(cpu, &mut wrapped);
         reset_flags::install(cpu, &mut wrapped);
         watchdog::install(cpu, &mut wrapped);
+        if part.has_mcucr {
+            absent::install(cpu, &mut wrapped);
+        }
         timer::install(cpu, part.timers, &mut wrapped);
         flags::install(cpu, part);
         let usarts = part.usarts.iter().map(|registers| usart::attach(cpu, registers)).collect();

@@ -31,7 +31,7 @@ pub struct Part {
     pub(crate) adc: Option<AdcRegisters>,
     /// `None`: simavr's own stays.
     pub(crate) spm: Option<SpmRegisters>,
-    /// It chooses its sleep mode in MCUCR, as the ATmega128 does.
+    /// It has MCUCR and XDIV, as the ATmega128 does.
     pub(crate) has_mcucr: bool,
     /// Its external interrupts and its SPI are those of the ATmega128. Otherwise simavr's own stay.
     pub(crate) has_external_and_spi: bool,

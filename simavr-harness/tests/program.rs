@@ -36,6 +36,9 @@ fn what_no_program_should_do_crashes_it() {
         ("CRASH", "Invalid Opcode"),
         ("STRAY", "write address"),
         ("SELF_PROGRAMMING", "self-programming is not simulated"),
+        ("REGISTER=MCUCR=_BV(SRE)", "external memory"),
+        ("REGISTER=MCUCR=_BV(IVCE);MCUCR=_BV(IVSEL)", "boot section"),
+        ("REGISTER=XDIV=_BV(XDIVEN)|3", "divided clock"),
         ("POWER_DOWN", "another mode than idle"),
     ] {
         let mut mcu = mcu(&build_with("program.c", &[variant]));

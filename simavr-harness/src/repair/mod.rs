@@ -1,5 +1,6 @@
 //! Corrects simavr where it differs from the ATmega128.
 
+pub(crate) mod absent;
 pub(crate) mod adc;
 pub(crate) mod eeprom;
 pub(crate) mod external;

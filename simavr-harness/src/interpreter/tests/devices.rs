@@ -33,8 +33,9 @@ const SP: [u16; 2] = [0x5d, 0x5e];
 /// Data addresses of Timer0's control register, and of the interrupt mask of Timer0 to Timer2.
 const TCCR0: u16 = 0x53;
 const TIMSK: u16 = 0x57;
-/// Data addresses of the registers that choose the sleep mode and begin self-programming.
+/// Data addresses of the registers that choose the sleep mode, divide the clock and begin self-programming.
 const MCUCR: u16 = 0x55;
+const XDIV: u16 = 0x5c;
 const SPMCSR: u16 = 0x68;
 /// Data addresses of the registers of devices, and of the status register.
 const DEVICES: std::ops::Range<u16> = 0x20..0xa0;
@@ -146,7 +147,8 @@ const fn write(port: u16, register: u16) -> u16 {
 /// The bits of a register that would crash a program: they ask for what is not simulated.
 fn crashing(address: u16) -> u8 {
     match address {
-        MCUCR => 0x1c,
+        MCUCR => 0x9e,
+        XDIV => 0x80,
         SPMCSR => 0x01,
         _ => 0,
     }
