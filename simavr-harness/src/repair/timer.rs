@@ -217,11 +217,17 @@ impl Timer {
 
     /// The next position at which anything happens.
     fn next(&self) -> u64 {
-        let length = self.length();
-        let is_turning = self.way != UP && self.done == 0;
-        let matches = (0..self.registers.compare.len()).map(|unit| self.match_position(unit));
-        let matches = matches.filter(|&at| at > self.done && at < length && self.blocked != Some(at));
-        matches.chain(is_turning.then_some(1)).chain([length]).min().unwrap_or(length)
+        if self.way != UP && self.done == 0 {
+            return 1;
+        }
+        let mut next = self.length();
+        for unit in 0..self.registers.compare.len() {
+            let at = self.match_position(unit);
+            if at > self.done && at < next && self.blocked != Some(at) {
+                next = at;
+            }
+        }
+        next
     }
 
     /// Changes the position, and keeps the prescaler as it is.
@@ -519,8 +525,8 @@ impl Device for Timer {
         }
     }
 
-    fn expire(&mut self, cpu: Cpu, _now: u64) {
-        self.happen(cpu, self.next());
+    fn expire(&mut self, cpu: Cpu, now: u64) {
+        self.happen(cpu, self.position(now));
     }
 
     fn pin_changed(&mut self, cpu: Cpu, bit: u8, is_high: bool) {
