@@ -406,7 +406,8 @@ impl Timer {
             self.flag_top(cpu);
         }
         let is_pwm = self.mode.is_pwm();
-        if if is_pwm { is_top } else { last == self.registers.max() } {
+        let overflows = if is_pwm { is_top } else { last == self.registers.max() };
+        if overflows {
             cpu.raise(self.overflow);
         }
         if is_top && is_pwm {
