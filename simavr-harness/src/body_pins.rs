@@ -28,8 +28,8 @@ const TCNT1H: u16 = 0x4d;
 const TCNT1L: u16 = 0x4c;
 const PORTD: u16 = 0x32;
 
-/// Registers of Timer1, and port C. Only the body follows these: otherwise the timer would count each pulse of
-/// the motors, 20,000 a second, and simavr would signal the level of each pin.
+/// Registers of Timer1, and port C. Only the body follows these: otherwise the timer would count each pulse
+/// of the motors, 20,000 a second, and simavr would signal the level of each pin.
 const FOLLOWED: [u16; 5] = [PORTC, TCNT1L, TCNT1H, TCCR1B, TCCR1A];
 
 /// The bits of TIMSK and ETIMSK that enable interrupts of Timer1.

@@ -207,9 +207,9 @@ unsafe extern "C" fn expire<D: Device>(
 
 unsafe extern "C" fn pin_changed<D: Device>(irq: *mut ffi::avr_irq_t, value: u32, parameter: *mut c_void) {
     let parameter = parameter.cast::<Slot<D>>();
-    // SAFETY: the signal's pool leads to the instance, and the slot was registered with the signal, whose number
-    // is the pin's. simavr changes a watched pin only while the program runs, and never inside the device that
-    // watches it.
+    // SAFETY: the signal's pool leads to the instance, and the slot was registered with the signal, whose
+    // number is the pin's. simavr changes a watched pin only while the program runs, and never inside the
+    // device that watches it.
     let (cpu, slot, bit) = unsafe { (Cpu::from_raw((*(*irq).pool).avr), &mut *parameter, (*irq).irq as u8) };
     slot.device.pin_changed(cpu, bit, value & LEVEL != 0);
     slot.arm(cpu, parameter);

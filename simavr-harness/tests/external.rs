@@ -1,4 +1,5 @@
-//! Tests of the ATmega128's external interrupts (datasheet, "External Interrupts"): every sense, at every pin.
+//! Tests of the ATmega128's external interrupts (datasheet, "External Interrupts"): every sense, at every
+//! pin.
 
 mod common;
 

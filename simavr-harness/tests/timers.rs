@@ -24,7 +24,8 @@ fn marks(mcu: &Mcu, value: u8) -> Vec<u64> {
     mcu.markers().iter().filter(|marker| marker.value == value).map(|marker| marker.cycle).collect()
 }
 
-/// Whether the marks come at these distances, over and over. An interrupt waits for the end of another's handler.
+/// Whether the marks come at these distances, over and over. An interrupt waits for the end of another's
+/// handler.
 fn come_every(marks: &[u64], distances: &[u64]) -> bool {
     let found: Vec<_> = marks.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let fits = |shift: usize| {
@@ -148,8 +149,8 @@ fn compare_units_drive_their_pins() {
     }
 }
 
-/// Section "Compare Match Output Unit": a compare value that the counter has passed matches in the next round.
-/// With CTC the counter first goes on to its maximum (section "Clear Timer on Compare Match Mode").
+/// Section "Compare Match Output Unit": a compare value that the counter has passed matches in the next
+/// round. With CTC the counter first goes on to its maximum (section "Clear Timer on Compare Match Mode").
 #[test]
 fn a_top_below_the_counter_is_reached_the_next_time_round() {
     let mcu = run("OCR0=200;TIMSK=3;TCCR0=0x08|4", &["LATER_AT=6400", "LATER=OCR0=50"], 40_000);

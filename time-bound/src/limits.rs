@@ -20,8 +20,8 @@ pub struct Limit {
     /// How often these are executed at most, all together, between two executions of instructions in
     /// `begins`.
     pub most: u64,
-    /// The instructions from which the loop may be entered. Of calls, and of a loop with a total, the first one
-    /// of the function. Where jobs begin the count begins, too.
+    /// The instructions from which the loop may be entered. Of calls, and of a loop with a total, the first
+    /// one of the function. Where jobs begin the count begins, too.
     pub begins: BTreeSet<u32>,
 }
 

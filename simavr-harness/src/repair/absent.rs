@@ -1,5 +1,5 @@
-//! What neither simavr nor the harness has of the ATmega128. A program that switches it on crashes with the reason,
-//! rather than go on as if it were off.
+//! What neither simavr nor the harness has of the ATmega128. A program that switches it on crashes with the
+//! reason, rather than go on as if it were off.
 
 use crate::cpu::Cpu;
 use crate::device::WrappedWrites;

@@ -3,8 +3,8 @@
 //!
 //! A pin may carry the output of an analog multiplexer, addressed by three pins of the MCU.
 //!
-//! Simplified: the voltage is sampled as the conversion begins, not 1.5 clocks later; a differential input settles
-//! at once; the first conversion with another reference, which may be wrong on the chip, reads half.
+//! Simplified: the voltage is sampled as the conversion begins, not 1.5 clocks later; a differential input
+//! settles at once; the first conversion with another reference, which may be wrong on the chip, reads half.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
@@ -157,8 +157,8 @@ impl Adc {
         self.conversion = Some(Conversion { result, ends: begins + clocks * clock });
     }
 
-    /// The voltage at the chosen input, in 1/1024 of the reference, or at a differential one in 1/512, rounded
-    /// down.
+    /// The voltage at the chosen input, in 1/1024 of the reference, or at a differential one in 1/512,
+    /// rounded down.
     fn convert(&self, cpu: Cpu) -> i16 {
         let admux = cpu.data(self.registers.admux);
         let reference = if admux & REFS == REFS_INTERNAL { INTERNAL } else { SUPPLY };

@@ -1,6 +1,6 @@
 //! The external interrupts of the ATmega128 (chapter "External Interrupts"), in place of simavr's. Edges of a
-//! pin raise them, whether the program, a compare unit or the outside makes the edges; or a low level does, as
-//! long as it lasts. simavr misses the rising edges of compare units, and a pin that is low before the
+//! pin raise them, whether the program, a compare unit or the outside makes the edges; or a low level does,
+//! as long as it lasts. simavr misses the rising edges of compare units, and a pin that is low before the
 //! interrupt is enabled.
 //!
 //! Simplified: the reserved sense of INT0 to INT3 does nothing.

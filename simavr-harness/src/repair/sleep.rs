@@ -1,5 +1,5 @@
-//! The sleep modes of the ATmega128 (chapter "Power Management and Sleep Modes"). simavr has idle alone. In the
-//! others clocks stop that devices here keep, so a program that chooses one crashes as it goes to sleep.
+//! The sleep modes of the ATmega128 (chapter "Power Management and Sleep Modes"). simavr has idle alone. In
+//! the others clocks stop that devices here keep, so a program that chooses one crashes as it goes to sleep.
 
 use crate::cpu::Cpu;
 

@@ -1,8 +1,8 @@
-//! The serial peripheral interface of the ATmega128 (chapter "Serial Peripheral Interface") as a master, in place of
-//! simavr's, in which a program reads back what it has sent. Here it reads the level of MISO.
+//! The serial peripheral interface of the ATmega128 (chapter "Serial Peripheral Interface") as a master, in
+//! place of simavr's, in which a program reads back what it has sent. Here it reads the level of MISO.
 //!
-//! Simplified: nobody but the program is at the bus, so MISO keeps its level during a byte, and a slave is never
-//! selected; SS as an input is taken to be high; SCK and MOSI keep their levels.
+//! Simplified: nobody but the program is at the bus, so MISO keeps its level during a byte, and a slave is
+//! never selected; SS as an input is taken to be high; SCK and MOSI keep their levels.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};

@@ -2,9 +2,9 @@
 //! long as SPMIE enables it and no SPM is under way. simavr never raises it, and does not treat it as a
 //! level.
 //!
-//! No program here can write its own flash, nor read fuses and lock bits: one that sets SPMEN to do so crashes. So
-//! an SPM is never under way. The datasheet leaves open how a write to the EEPROM affects the interrupt: see
-//! [`WhileWriting`].
+//! No program here can write its own flash, nor read fuses and lock bits: one that sets SPMEN to do so
+//! crashes. So an SPM is never under way. The datasheet leaves open how a write to the EEPROM affects the
+//! interrupt: see [`WhileWriting`].
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};

@@ -2,8 +2,8 @@
 //! simavr's. Of those, one misses a match that lies within an instruction of the counter's overflow, has no
 //! double-buffered registers, overflows at the top of each mode, and comes back at once from beyond its top.
 //!
-//! A round of the counter is one way up, or one way down. A position in it is the number of the timer's clocks
-//! since its begin. What happens at a position follows from the counter's value at the one before.
+//! A round of the counter is one way up, or one way down. A position in it is the number of the timer's
+//! clocks since its begin. What happens at a position follows from the counter's value at the one before.
 //!
 //! Simplified: no crystal is at the pins TOSC; a clock at pin Tn is not delayed by its synchronisation; a
 //! prescaler is never reset, and those of Timer0 to Timer2 begin when their clock is chosen.
@@ -89,8 +89,8 @@ pub(crate) struct Timer {
     clock_level: bool,
 }
 
-/// Makes a one clear a flag that lies beside another timer's, as OCF1C does in ETIFR: simavr tells writes there
-/// to that timer alone.
+/// Makes a one clear a flag that lies beside another timer's, as OCF1C does in ETIFR: simavr tells writes
+/// there to that timer alone.
 pub(crate) fn install(cpu: Cpu, timers: &[TimerRegisters], wrapped: &mut WrappedWrites) {
     for timer in timers {
         let vectors = timer.compare.iter().filter_map(|unit| cpu.vector(unit.vector));

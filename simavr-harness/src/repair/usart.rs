@@ -8,8 +8,8 @@
 //!
 //! Simplified: an overrun, which happens at the start bit of the frame that is too many, shows at the end of
 //! that frame. What the program has read meanwhile can't be lost any more, so the new frame is lost in its
-//! place. A character of another length than the receiver's frames is taken to have 8 data bits and one stop bit,
-//! and what it leads to beyond the first frame is not received.
+//! place. A character of another length than the receiver's frames is taken to have 8 data bits and one stop
+//! bit, and what it leads to beyond the first frame is not received.
 
 use std::collections::VecDeque;
 

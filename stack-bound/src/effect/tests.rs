@@ -13,7 +13,8 @@ fn effect_of(words: &[u16]) -> Option<(Effect, u32)> {
 fn a_subtraction_from_a_pair_is_one() {
     assert_eq!(effect_of(&[0x56c2, 0x40d1]), Some((Effect::AddPair(28, -0x162), 4))); // subi r28, 0x62; sbci r29, 1
     assert_eq!(effect_of(&[0x5ece, 0x4fdf]), Some((Effect::AddPair(28, 0x12), 4))); // subi r28, 0xee; sbci r29, 0xff
-    assert_eq!(effect_of(&[0x59cd, 0x09d1]), Some((Effect::AddPair(28, -0x9d), 4))); // subi r28, 0x9d; sbc r29, r1
+    // subi r28, 0x9d; sbc r29, r1
+    assert_eq!(effect_of(&[0x59cd, 0x09d1]), Some((Effect::AddPair(28, -0x9d), 4)));
     assert_eq!(effect_of(&[0x59cd, 0x09d0]), Some((Effect::Other(1 << 28), 2)), "r0 is not always 0");
     assert_eq!(effect_of(&[0x56c2, 0x40f1]), Some((Effect::Other(1 << 28), 2)), "r28, but r31");
     assert_eq!(effect_of(&[0x57d0, 0x40e1]), Some((Effect::Other(1 << 29), 2)), "not a pair");

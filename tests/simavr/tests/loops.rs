@@ -1,5 +1,6 @@
-//! No loop of the firmware goes round more often, and no call is made more often, than the image's `loops.txt`
-//! notes. So a note that belongs to another loop of its function, or counts one turn too few, shows in a run.
+//! No loop of the firmware goes round more often, and no call is made more often, than the image's
+//! `loops.txt` notes. So a note that belongs to another loop of its function, or counts one turn too few,
+//! shows in a run.
 
 use simavr_harness::{Controller, Engine, RobotBuilder};
 use simulation::{Run, Scenario};
