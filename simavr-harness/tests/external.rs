@@ -80,3 +80,13 @@ fn a_level_that_was_low_before_interrupts_when_it_is_enabled() {
         assert_eq!(marked(&mcu), [1, mark, mark, mark, 2], "INT{number}");
     }
 }
+
+/// Nobody knows the level of a pin that floats. A program that raises the interrupt by itself relies on none.
+#[test]
+fn a_pin_that_floats_does_not_interrupt() {
+    for number in 0..8 {
+        let mut mcu = program(number, 0, "LIMIT=3");
+        mcu.run_until(20_000);
+        assert_eq!(marked(&mcu), [1, 2], "INT{number}");
+    }
+}

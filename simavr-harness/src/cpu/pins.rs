@@ -92,14 +92,29 @@ impl Cpu {
         }
     }
 
+    /// Whether nothing gives a pin a level: neither the outside nor the program, as an output or by its pull-up.
+    pub fn is_floating(self, pin: Pin) -> bool {
+        // SAFETY: `control` lives as long as the instance, and the reference ends with the comparison.
+        let is_driven = unsafe {
+            (&(*self.control()).driven).get(&pin.port).is_some_and(|port| port.mask & 1 << pin.bit != 0)
+        };
+        let state = self.port_state(pin.port);
+        !is_driven && (state.port() | state.ddr()) & 1 << pin.bit == 0
+    }
+
     /// The level of each pin of a port as it could be measured outside: the output latch where the
     /// pin is an output, the input elsewhere.
     pub fn pins(self, port: char) -> u8 {
+        let state = self.port_state(port);
+        let (latch, direction, input) = (state.port(), state.ddr(), state.pin());
+        (latch & direction | input & !direction) as u8
+    }
+
+    fn port_state(self, port: char) -> ffi::avr_ioport_state_t {
         // SAFETY: the structure holds integers only, for which zero is a value.
         let mut state: ffi::avr_ioport_state_t = unsafe { std::mem::zeroed() };
         // SAFETY: simavr fills `state` in if the part has the port, and leaves it alone if not.
         unsafe { ffi::avr_ioctl(self.as_ptr(), ioctl(b"ios", port), (&raw mut state).cast()) };
-        let (latch, direction, input) = (state.port(), state.ddr(), state.pin());
-        (latch & direction | input & !direction) as u8
+        state
     }
 }

@@ -3,7 +3,7 @@
 //! as long as it lasts. simavr misses the rising edges of compare units, and a pin that is low before the
 //! interrupt is enabled.
 //!
-//! Simplified: the reserved sense of INT0 to INT3 does nothing.
+//! Simplified: the reserved sense of INT0 to INT3 does nothing, nor does the level of a pin that floats.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device};
@@ -80,8 +80,9 @@ impl External {
 
     /// Makes an interrupt pending or not.
     fn refresh(&self, cpu: Cpu, number: usize) {
-        if Self::sense(cpu, number) == Sense::Low {
-            let is_high = cpu.pins(PINS[number]) & 1 << number != 0;
+        let pin = Pin { port: PINS[number], bit: number as u8 };
+        if Self::sense(cpu, number) == Sense::Low && !cpu.is_floating(pin) {
+            let is_high = cpu.pins(pin.port) & 1 << pin.bit != 0;
             self.follow_level(cpu, number, is_high);
         } else {
             interrupt::refresh(cpu, self.vectors[number]);
