@@ -148,9 +148,10 @@ fn a_frame_that_comes_while_the_eeprom_is_written_is_not_forgotten() {
             mcu.disturb_spm(WhileWriting::KeepsRegister);
             let writes = mcu.run_to_marker(1, 20 * MILLISECOND).expect("it writes").cycle;
             let ends = writes + begin + offset;
-            for (value, end) in [(0x55, ends.saturating_sub(FRAME)), (0, ends)] {
-                mcu.run_until(end.saturating_sub(FRAME));
-                mcu.receive(0, Character { value, start: mcu.cycle(), end });
+            for (value, end) in [(0x55, ends - FRAME), (0, ends)] {
+                let start = end - FRAME;
+                mcu.run_until(start);
+                mcu.receive(0, Character { value, start, end });
             }
             let place = format!("{begin} + {offset}");
             assert_eq!(mcu.run_to_end(4 * WRITE), State::Done, "{place}");

@@ -28,6 +28,7 @@ kernel::main!(|boot| {
         }
     }));
     start(WRITER.start(boot, Priority::P2, move |task| {
+        task.delay(2); // in which two characters can come before the write
         mark(1);
         let written = storage.write(task, 0, &[1, 2]);
         mark(if written.is_ok() { 2 } else { 0xff });
