@@ -3,7 +3,9 @@
 
 use thiserror::Error;
 
-use crate::repair::timer::{self, TimerRegisters};
+mod timers;
+
+pub(crate) use timers::{Control, TimerRegisters};
 
 /// One microcontroller.
 #[derive(Debug)]
@@ -154,7 +156,7 @@ impl Part {
         spm: Some(SpmRegisters { spmcsr: 0x68, ready: 34 }),
         has_mcucr: true,
         has_external_and_spi: true,
-        timers: timer::ATMEGA128,
+        timers: timers::ATMEGA128,
     };
 
     pub const ATMEGA328P: &'static Part = &Part {

@@ -10,6 +10,9 @@ use tasks::superbot::{BAUD, I2C_HZ, MASTER, RESIDENCE, SLAVE};
 /// Cycles of a millisecond.
 pub const MILLISECOND: u64 = CLOCK_HZ as u64 / 1000;
 
+/// The longest that a robot runs between two looks, in cycles: 250 ms.
+pub(crate) const STEP: u64 = 250 * MILLISECOND;
+
 /// For how long an MCU does nothing after a reset: by its fuses it waits for the supply and the crystal to
 /// settle, 65 ms and 16,384 clocks (ATmega128 datasheet, "System Clock and Clock Options", "Crystal
 /// Oscillator"). At power-up, from which a robot's time counts, that is over.

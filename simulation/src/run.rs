@@ -1,15 +1,12 @@
 //! A robot on its way through a timeline.
 
 use crate::change::Change;
-use crate::hardware::MILLISECOND;
+use crate::hardware::STEP;
 use crate::observer::Observer;
 use crate::recording::{Recorder, Recording};
 use crate::robot::Robot;
 use crate::scenario::{Event, Impossible};
 use crate::wiring::WiringError;
-
-/// The longest that a robot runs between two looks, in cycles: 250 ms.
-pub(crate) const STEP: u64 = 250 * MILLISECOND;
 
 /// A robot that runs, what is still to happen to it, and its observer.
 pub struct Run<R> {

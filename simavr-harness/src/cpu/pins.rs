@@ -92,12 +92,12 @@ impl Cpu {
         }
     }
 
-    /// Whether nothing gives a pin a level: neither the outside nor the program, as an output or by its pull-up.
+    /// Whether nothing gives a pin a level: neither the outside nor the program, as an output or by its
+    /// pull-up.
     pub fn is_floating(self, pin: Pin) -> bool {
-        // SAFETY: `control` lives as long as the instance, and the reference ends with the comparison.
-        let is_driven = unsafe {
-            (&(*self.control()).driven).get(&pin.port).is_some_and(|port| port.mask & 1 << pin.bit != 0)
-        };
+        // SAFETY: `control` lives as long as the instance, and nothing changes it while the reference lives.
+        let driven = unsafe { &(*self.control()).driven };
+        let is_driven = driven.get(&pin.port).is_some_and(|port| port.mask & 1 << pin.bit != 0);
         let state = self.port_state(pin.port);
         !is_driven && (state.port() | state.ddr()) & 1 << pin.bit == 0
     }

@@ -9,14 +9,12 @@
 //! prescaler is never reset, and those of Timer0 to Timer2 begin when their clock is chosen.
 
 mod mode;
-mod registers;
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, WrappedWrites, make_plain};
-use crate::part::Pin;
+use crate::part::{Control, Pin, TimerRegisters};
 use crate::repair::interrupt;
 use mode::{Kind, Mode, Top};
-pub(crate) use registers::{ATMEGA128, Control, TimerRegisters};
 
 /// TCCRn of a timer of 8 bits: force compare, mode, action on the pin.
 const FOC: u8 = 0x80;

@@ -6,8 +6,7 @@ use std::sync::Arc;
 
 use super::Order;
 use crate::command::SENDS;
-use crate::hardware::{GIVEN_UP_AFTER, MILLISECOND};
-use crate::run::STEP;
+use crate::hardware::{GIVEN_UP_AFTER, MILLISECOND, STEP};
 use crate::walker::{DISCOVERY, HOP};
 use crate::wiring::Wiring;
 

@@ -1,6 +1,6 @@
-//! The registers, vectors and pins of the ATmega128's timers.
+//! The registers, vectors and pins of the timers.
 
-use crate::part::Pin;
+use super::Pin;
 
 #[derive(Debug)]
 pub(crate) struct TimerRegisters {
