@@ -30,41 +30,64 @@ impl Transmit for Line {
     }
 }
 
+/// A port of its own for each test, with the stacks of its sending task and of the task that writes.
+struct Link {
+    port: Port,
+    sender: Stack<2000>,
+    writer: Stack<2000>,
+}
+
+impl Link {
+    const fn new() -> Self {
+        Link { port: Port::new(Dock::Back), sender: Stack::new(), writer: Stack::new() }
+    }
+
+    /// Runs the sending task on `line` for a second, and `write` in a task of lower priority.
+    fn run(&'static self, line: impl Transmit + Send + 'static, write: fn(&mut Task, &Port)) {
+        host::run_for(
+            1000,
+            |boot| {
+                let send = |task: &mut Task| send::run(task, &self.port, line, 1);
+                self.sender.start(boot, Priority::P2, send).expect("it is free");
+                let write = move |task: &mut Task| {
+                    write(task, &self.port);
+                    loop {
+                        task.delay(LONGEST);
+                    }
+                };
+                self.writer.start(boot, Priority::P4, write).expect("it is free");
+            },
+            |_, _| {},
+        );
+    }
+}
+
+/// A message of one byte from here to the neighbour; `None` if there is no buffer.
+fn letter(task: &mut Task, byte: u8, kind: Kind) -> Option<kernel::Message<Letter>> {
+    let (to, from) = (Address::beyond(Dock::Back, TaskCode::HORMONE), Address::here(TaskCode::HORMONE));
+    let payload = [byte];
+    let message = Message::of_kind(to, from, &payload, kind).expect("it is short");
+    kernel::Message::new(task, Letter::of(message)).ok()
+}
+
 #[test]
 fn of_beats_that_wait_the_last_one_is_sent() {
-    static PORT: Port = Port::new(Dock::Back);
-    static SENDER: Stack<2000> = Stack::new();
-    static WRITER: Stack<2000> = Stack::new();
-    host::run_for(
-        1000,
-        |boot| {
-            SENDER.start(boot, Priority::P2, |task| send::run(task, &PORT, Line, 1)).expect("it is free");
-            let write = |task: &mut Task| {
-                let (to, from) =
-                    (Address::beyond(Dock::Back, TaskCode::HORMONE), Address::here(TaskCode::HORMONE));
-                let mut put = |byte, kind| {
-                    let payload = [byte];
-                    let message = Message::of_kind(to, from, &payload, kind).expect("it is short");
-                    let letter = kernel::Message::new(task, Letter::of(message)).expect("there is a buffer");
-                    PORT.mailbox().put(task, letter).ok().expect("there is room");
-                };
-                // The first is on its way at once.
-                put(0, Kind::Latest);
-                put(1, Kind::Latest);
-                put(2, Kind::Latest);
-                put(3, Kind::Lasting);
-                put(4, Kind::Latest);
-                task.delay(900);
-                assert_eq!(PORT.counters(task).replaced, 1);
-                assert_eq!(PORT.counters(task).gave_up, 4);
-                loop {
-                    task.delay(LONGEST);
-                }
-            };
-            WRITER.start(boot, Priority::P4, write).expect("it is free");
-        },
-        |_, _| {},
-    );
+    static LINK: Link = Link::new();
+    LINK.run(Line, |task, port| {
+        let mut put = |byte, kind| {
+            let letter = letter(task, byte, kind).expect("there is a buffer");
+            port.mailbox().put(task, letter).ok().expect("there is room");
+        };
+        // The first is on its way at once.
+        put(0, Kind::Latest);
+        put(1, Kind::Latest);
+        put(2, Kind::Latest);
+        put(3, Kind::Lasting);
+        put(4, Kind::Latest);
+        task.delay(900);
+        assert_eq!(port.counters(task).replaced, 1);
+        assert_eq!(port.counters(task).gave_up, 4);
+    });
     assert_eq!(*SENT.lock().expect("no test panicked with it"), [[0], [2], [3], [4]]);
 }
 
@@ -88,36 +111,18 @@ impl Transmit for Noisy {
 /// The messages that wait would take the buffers of all other tasks for as long as the noise lasts.
 #[test]
 fn noise_that_goes_on_keeps_no_buffer() {
-    static PORT: Port = Port::new(Dock::Back);
-    static SENDER: Stack<2000> = Stack::new();
-    static WRITER: Stack<2000> = Stack::new();
-    host::run_for(
-        1000,
-        |boot| {
-            SENDER.start(boot, Priority::P2, |task| send::run(task, &PORT, Noisy, 1)).expect("it is free");
-            let write = |task: &mut Task| {
-                let (to, from) =
-                    (Address::beyond(Dock::Back, TaskCode::HORMONE), Address::here(TaskCode::HORMONE));
-                let letter = |task: &mut Task| {
-                    let message = Message::new(to, from, &[7]).expect("it is short");
-                    kernel::Message::new(task, Letter::of(message))
-                };
-                for _ in 0..ROOM {
-                    let letter = letter(task).expect("there is a buffer");
-                    PORT.mailbox().put(task, letter).ok().expect("there is room");
-                }
-                task.delay(900);
-                assert_eq!(PORT.counters(task).gave_up, ROOM.into());
-                let free: Vec<_> = (0..BUFFERS).map(|_| letter(task).expect("no message waits")).collect();
-                drop(free);
-                loop {
-                    task.delay(LONGEST);
-                }
-            };
-            WRITER.start(boot, Priority::P4, write).expect("it is free");
-        },
-        |_, _| {},
-    );
+    static LINK: Link = Link::new();
+    LINK.run(Noisy, |task, port| {
+        let letter = |task: &mut Task| letter(task, 7, Kind::Lasting);
+        for _ in 0..ROOM {
+            let letter = letter(task).expect("there is a buffer");
+            port.mailbox().put(task, letter).ok().expect("there is room");
+        }
+        task.delay(900);
+        assert_eq!(port.counters(task).gave_up, ROOM.into());
+        let free: Vec<_> = (0..BUFFERS).map(|_| letter(task).expect("no message waits")).collect();
+        drop(free);
+    });
     let sent_at = SENT_AT.lock().expect("no test panicked with it");
     let first = sent_at.first().expect("frames go out");
     assert!((15..=20).contains(first), "a frame of 6 ms may have come in: {first}");
