@@ -112,7 +112,7 @@ impl Controller {
             Some(Send { data, docks }) => {
                 let is_made_good = source == Source::Hormone && self.pacemaker.is_made_good();
                 let pace = self.pace(data, is_made_good, rhythm, lifetime);
-                self.send(Hormone::Pace(pace), self.onwards(docks))
+                self.sending(Hormone::Pace(pace), self.onwards(docks))
             }
             None => NOTHING,
         };
@@ -122,6 +122,12 @@ impl Controller {
     /// Sends a hormone by those of `docks` that have a neighbour.
     #[inline(never)] // as `rest`
     pub(super) fn send(&self, hormone: Hormone, docks: DockSet) -> Response {
+        self.sending(hormone, docks)
+    }
+
+    /// As [`send`](Self::send), without the cycles of a call.
+    #[inline(always)]
+    fn sending(&self, hormone: Hormone, docks: DockSet) -> Response {
         let docks = docks.intersection(self.connected);
         Response { send: (!docks.is_empty()).then_some(Outgoing { hormone, docks }), ..NOTHING }
     }
