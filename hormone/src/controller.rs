@@ -23,7 +23,7 @@ use crate::neighbours::{Neighbours, connected, differences, to_bytes};
 use crate::order::Helm;
 use crate::pace::RHYTHMS;
 use crate::pacemaker::{Beats, Pacemaker};
-use crate::sense::Senses;
+use crate::sense::{Sense, Senses};
 use crate::standing::Ledger;
 use crate::status::Status;
 use crate::time::{reached, until};
@@ -52,6 +52,9 @@ pub struct Response {
     /// The action to perform from now on, which may be the one before; `None` to go on as before.
     pub action: Option<Action>,
 }
+
+/// No sense matters.
+const NONE_MINDED: [bool; Sense::ALL.len()] = [false; Sense::ALL.len()];
 
 /// The response to an input that has no effect.
 pub(crate) const NOTHING: Response = Response { event: None, send: None, action: None };
@@ -98,8 +101,9 @@ pub struct Controller {
     senses: Senses,
     /// Whether there was a beat since the sensors were asked.
     is_beat: bool,
-    /// When the sensors are to be asked again in this beat.
-    ask_again_at: Option<u16>,
+    /// The senses that matter in this beat, by their codes, and when their sensors are to be asked again.
+    minded: [bool; Sense::ALL.len()],
+    ask_again_at: u16,
     election: Election,
     helm: Helm,
     ledger: Ledger,
@@ -127,7 +131,8 @@ impl Controller {
             last_rule: 0,
             senses: Senses::NONE,
             is_beat: false,
-            ask_again_at: None,
+            minded: NONE_MINDED,
+            ask_again_at: now,
             election: Election::new(seed, now),
             helm: Helm::new(),
             ledger: Ledger::new(gait.name),
@@ -318,7 +323,7 @@ impl Controller {
         self.status.action = Action::Rest;
         self.senses = Senses::NONE;
         self.is_beat = false;
-        self.ask_again_at = None;
+        self.minded = NONE_MINDED;
         Response { action: Some(Action::Rest), ..NOTHING }
     }
 

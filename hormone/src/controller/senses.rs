@@ -12,19 +12,19 @@ impl Controller {
         let is_beat = core::mem::take(&mut self.is_beat);
         if is_beat {
             self.senses.beat();
+            self.minded = Sense::ALL.map(|sense| self.minds(sense));
         }
         let is_due = is_beat || self.next_ask(now) == Some(0);
-        let asks = Sense::ALL.map(|sense| is_due && self.minds(sense));
         if is_due {
-            let again_at = now.wrapping_add(between_readings(self.gait().beat));
-            self.ask_again_at = asks.contains(&true).then_some(again_at);
+            self.ask_again_at = now.wrapping_add(between_readings(self.gait().beat));
         }
+        let asks = self.minded.map(|is_minded| is_minded && is_due);
         Sense::ALL.into_iter().zip(asks).filter(|(_, asks)| *asks).map(|(sense, _)| sense)
     }
 
     /// Milliseconds from `now` until sensors are to be asked again; `None` while none is.
     pub fn next_ask(&self, now: u16) -> Option<u16> {
-        self.ask_again_at.map(|at| until(at, now))
+        self.minded.contains(&true).then(|| until(self.ask_again_at, now))
     }
 
     /// Whether a rule for this type has this sense as its condition.
