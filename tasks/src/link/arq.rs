@@ -42,7 +42,7 @@ pub enum Timeout {
 }
 
 /// The sending half: at most one message is outstanding.
-#[derive(Clone, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub struct Sender {
     signer: Signer,
@@ -122,7 +122,7 @@ impl Sender {
 }
 
 /// The receiving half: remembers the last message taken.
-#[derive(Clone, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub struct Receiver {
     last: Option<Label>,

@@ -27,7 +27,7 @@ pub enum Arrival<'a> {
 }
 
 /// Both halves of the ARQ at one dock, and the signature of its datagrams.
-#[derive(Clone, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
 pub struct Endpoint {
     pub sender: Sender,

@@ -1,6 +1,6 @@
 //! What the two tasks of a dock share: its end of the link, its mailbox and its counts.
 
-use kernel::{Context, MaskedCell, Mutex, Priority, Task};
+use kernel::{Context, MaskedCell, Task};
 
 use super::counters::{Counted, LinkCounters};
 use super::endpoint::Endpoint;
@@ -21,7 +21,7 @@ pub const RETRY_LIMIT: u8 = 20;
 #[repr(C)]
 pub struct Port {
     pub(super) counters: LinkCounters<Counter>,
-    endpoint: Mutex<Endpoint>,
+    endpoint: MaskedCell<Endpoint>,
     mailbox: Mailbox,
     /// The ACK that the receiving task asks the sending task for.
     ack_due: MaskedCell<Option<Label>>,
@@ -33,7 +33,7 @@ impl Port {
     pub const fn new(dock: Dock) -> Self {
         Port {
             counters: LinkCounters::new(),
-            endpoint: Mutex::new(Priority::P1, Endpoint::new(dock, 0, RETRY_LIMIT)),
+            endpoint: MaskedCell::new(Endpoint::new(dock, 0, RETRY_LIMIT)),
             mailbox: Mailbox::new(ROOM),
             ack_due: MaskedCell::new(None),
             dock,
@@ -60,8 +60,16 @@ impl Port {
         self.dock
     }
 
+    /// Works on this end of the link with interrupts masked, for less than the kernel's longest critical
+    /// section. To lock a mutex and release it would take 115 to 290 cycles more.
+    #[inline(always)]
     pub(super) fn with<R>(&self, task: &mut Task, work: impl FnOnce(&mut Endpoint) -> R) -> R {
-        self.endpoint.with(task, work)
+        task.mask(|masked| {
+            let mut endpoint = self.endpoint.get(masked);
+            let result = work(&mut endpoint);
+            self.endpoint.set(masked, endpoint);
+            result
+        })
     }
 
     /// Begins anew, with the epochs that `seed` gives; see [`Endpoint::new`].
