@@ -73,9 +73,9 @@ mod stack {
     use super::Stack;
 
     pub static RECEIVE: Stack<282> = Stack::new();
-    pub static SEND_USART0: Stack<210> = Stack::new();
-    pub static SEND_USART1: Stack<210> = Stack::new();
-    pub static SEND_SOFT_UART: Stack<210> = Stack::new();
+    pub static SEND_USART0: Stack<208> = Stack::new();
+    pub static SEND_USART1: Stack<208> = Stack::new();
+    pub static SEND_SOFT_UART: Stack<208> = Stack::new();
     pub static MOTORS: Stack<162> = Stack::new();
     pub static DEVICES: Stack<310> = Stack::new();
     pub static BRIDGE: Stack<159> = Stack::new();
