@@ -61,8 +61,9 @@ pub trait Bus {
     fn send_again(&mut self, task: &mut Task);
 
     /// Frees the bus after a transfer has taken too long: a device may hold the bus, or this side may take it
-    /// for busy when it is not. The transfer has no outcome, unless it ended before that after all. Takes a
-    /// quarter of a millisecond.
+    /// for busy when it is not. The transfer has no outcome, unless it ended before that after all. What has
+    /// come from the other MCU by then counts as whole: its end may have been missed. Takes a quarter of a
+    /// millisecond.
     fn free(&mut self, task: &mut Task);
 
     /// The outcome of the transfer that was started last, once.

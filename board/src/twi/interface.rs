@@ -167,6 +167,7 @@ impl Bus for Interface {
         wires::pull(task, Wire::Clock, false);
         wires::pull(task, Wire::Data, false);
         let ends_transaction = task.mask(|masked| {
+            STREAMS.get(masked).end_incoming();
             PACKETS.settle_by_call(masked);
             let mut engine = PACKETS.engine.get(masked);
             engine.reset();

@@ -116,6 +116,15 @@ impl Streams {
         self.ended.get() != Ended::NOTHING
     }
 
+    /// Ends the incoming packet if any of it has come: the bus was freed, so its STOP may have been missed.
+    /// The reader of the packet checks whether it is whole.
+    #[inline(always)]
+    pub fn end_incoming(&self) {
+        if self.stored.get() > 0 {
+            self.ended.set(Ended { is_received: true, ..self.ended.get() });
+        }
+    }
+
     /// What has ended since this was last called.
     #[inline(always)]
     pub fn take_ended(&self) -> Option<Ended> {

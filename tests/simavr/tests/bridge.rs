@@ -11,7 +11,11 @@ use tasks::bridge::protocol::BridgeCounters;
 
 /// A master that sends messages to its slave as fast as the bridge takes them.
 fn pair() -> Engine {
-    let images = Images { master: image("bench_bridge_a"), slave: image("bench_bridge_b") };
+    pair_of("bench_bridge")
+}
+
+fn pair_of(images: &str) -> Engine {
+    let images = Images { master: image(&format!("{images}_a")), slave: image(&format!("{images}_b")) };
     let robot = RobotBuilder::new(images, 1).seed(1).build().expect("one module can be built");
     Engine::new(robot, 1)
 }
@@ -59,6 +63,24 @@ fn a_bus_that_is_stuck_is_freed() {
     }
     assert_eq!(count(&engine, Controller::Master, offset_of!(BridgeCounters, freed)), 9);
     assert_eq!(count(&engine, Controller::Master, offset_of!(BridgeCounters, gave_up)), 0);
+}
+
+/// A side whose own packet waits frees the bus, too, and the other side's packet may be whole by then but for
+/// its STOP. As that side does not send it again, it must not be lost.
+#[test]
+fn nothing_is_lost_where_both_sides_send_on_a_bus_that_is_stuck() {
+    let mut engine = pair_of("board_bridge");
+    engine.run_until(50 * MILLISECOND);
+    for number in 0..500 {
+        engine.run_until(engine.cycle() + 12 * MILLISECOND + 977 * number % 14_000);
+        engine.robot_mut().module_mut(0).expect("there is one").hold_data_wire(NonZeroU32::MIN);
+    }
+    engine.run_until(engine.cycle() + RECOVERY);
+    for side in Controller::ALL {
+        assert!(symbol(&engine, side, "IN_TURN") > 1_000, "{side:?}");
+        assert_eq!(symbol(&engine, side, "OUT_OF_TURN"), 0, "{side:?}");
+        assert!(count(&engine, side, offset_of!(BridgeCounters, freed)) > 100, "{side:?}");
+    }
 }
 
 #[test]

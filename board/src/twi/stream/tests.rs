@@ -61,6 +61,14 @@ impl Interface {
         }
     }
 
+    /// The bus was freed.
+    fn free(&mut self) {
+        self.streams.end_incoming();
+        self.settle();
+        self.engine.reset();
+        self.streams.arm(&self.engine);
+    }
+
     /// The state of the engine when it is asked.
     fn asked(&self) -> Engine {
         let mut engine = self.engine;
@@ -226,6 +234,30 @@ fn every_packet_goes_by_without_the_engine() {
         pair.status(status::STOP);
         assert_eq!(pair.both.quick, length + 1);
         pair.task(2, 0);
+    }
+}
+
+#[test]
+fn what_has_come_is_a_packet_when_the_bus_is_freed_and_its_outcome_stays() {
+    for length in 0..=CAPACITY as u8 {
+        for has_ended in [false, true] {
+            let mut both = Interface::new();
+            both.engine.send(2);
+            both.streams.arm_outgoing(&both.engine);
+            if has_ended {
+                for status in [status::START, status::ADDRESS_ACKNOWLEDGED, status::DATA_ACKNOWLEDGED] {
+                    both.answer(status);
+                }
+            }
+            both.answer(status::ADDRESSED);
+            for _ in 0..length {
+                both.answer(status::RECEIVED);
+            }
+            both.free();
+            assert_eq!(both.engine.received(), Some(length).filter(|length| *length > 0));
+            assert_eq!(both.engine.outcome(), has_ended.then_some(Transfer::Done));
+            assert!(both.engine.is_idle());
+        }
     }
 }
 

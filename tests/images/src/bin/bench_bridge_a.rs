@@ -6,9 +6,8 @@
 #[path = "bench_bridge/sides.rs"]
 mod sides;
 
-use board::superbot::{MASTER, SLAVE};
 use tasks::router::Mcu;
 
 board::interrupts!(Interrupts: Tick, Twi);
 
-kernel::main!(|boot| sides::begin(boot, Interrupts, Mcu::Master, &MASTER, &SLAVE));
+kernel::main!(|boot| sides::begin(boot, Interrupts, Mcu::Master, sides::Does::Send));

@@ -1,9 +1,9 @@
-//! Two MCUs that only carry messages of 16 bytes over the bridge: one sends as fast as its bridge takes them,
-//! the other counts those that come in order.
+//! Two MCUs that only carry messages of 16 bytes over the bridge: either sends as fast as its bridge takes
+//! them, or counts those that come in order, or does both.
 
 use board::Board;
 use board::interrupts::Serves;
-use board::superbot::Half;
+use board::superbot::{MASTER, SLAVE};
 use board::tick::Tick;
 use board::twi::Twi;
 use kernel::{Boot, MaskedCell, Never, Priority, Stack, Task};
@@ -16,9 +16,9 @@ use tasks::router::{Mcu, Residence, Residents, Router, TaskSet};
 use tests_images::start;
 use tests_images::traffic::{self, Counts};
 
-/// The one task that can be addressed is on the slave.
+/// The tasks that messages are for.
 const RESIDENCE: Residence = Residence {
-    master: Residents { docks: DockSet::EMPTY, tasks: TaskSet::of(&[]) },
+    master: Residents { docks: DockSet::EMPTY, tasks: TaskSet::of(&[TaskCode::POWER]) },
     slave: Residents { docks: DockSet::EMPTY, tasks: TaskSet::of(&[TaskCode::HORMONE]) },
 };
 
@@ -36,7 +36,7 @@ static NOWHERE: Mailbox = Mailbox::new(1);
 
 static MASTER_OFFICE: PostOffice = PostOffice {
     router: Router::new(Mcu::Master, RESIDENCE),
-    tasks: &[],
+    tasks: &[(TaskCode::POWER, &COUNTED)],
     devices: &NOWHERE,
     links: &[],
     bridge: BRIDGE.mailbox(),
@@ -50,31 +50,42 @@ static SLAVE_OFFICE: PostOffice = PostOffice {
 };
 
 static BRIDGE_STACK: Stack<280> = Stack::new();
-static TASK_STACK: Stack<280> = Stack::new();
+static SENDER_STACK: Stack<280> = Stack::new();
+static COUNTER_STACK: Stack<280> = Stack::new();
+
+/// What a side does.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[allow(dead_code, reason = "each image does one of these")]
+pub enum Does {
+    Send,
+    Count,
+    Both,
+}
 
 /// Starts one side; `interrupts` proves that the vectors are there.
-pub fn begin<I>(boot: &mut Boot, interrupts: I, mcu: Mcu, own: &Half, other: &Half)
+pub fn begin<I>(boot: &mut Boot, interrupts: I, mcu: Mcu, does: Does)
 where
     I: Serves<Tick> + Serves<Twi> + Copy,
 {
     let Some(board) = Board::take(boot) else { return };
     board.tick.start(interrupts);
     let signal = BRIDGE.mailbox().semaphore();
-    let bus = board.twi.start(interrupts, boot.interrupt(), own.address, other.address, signal);
-    let office = match mcu {
-        Mcu::Master => &MASTER_OFFICE,
-        Mcu::Slave => &SLAVE_OFFICE,
+    let (own, other, office, to) = match mcu {
+        Mcu::Master => (&MASTER, &SLAVE, &MASTER_OFFICE, TaskCode::HORMONE),
+        Mcu::Slave => (&SLAVE, &MASTER, &SLAVE_OFFICE, TaskCode::POWER),
     };
+    let bus = board.twi.start(interrupts, boot.interrupt(), own.address, other.address, signal);
     start(BRIDGE_STACK.start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, office)));
-    start(match mcu {
-        Mcu::Master => TASK_STACK.start(boot, Priority::P3, send),
-        Mcu::Slave => TASK_STACK.start(boot, Priority::P3, count),
-    });
+    if does != Does::Count {
+        start(SENDER_STACK.start(boot, Priority::P3, move |task| send(task, office, Address::here(to))));
+    }
+    if does != Does::Send {
+        start(COUNTER_STACK.start(boot, Priority::P3, count));
+    }
 }
 
-fn send(task: &mut Task) -> Never {
-    let to = Address::here(TaskCode::HORMONE);
-    traffic::send(task, &MASTER_OFFICE, to, to, 1)
+fn send(task: &mut Task, office: &PostOffice, to: Address) -> Never {
+    traffic::send(task, office, to, to, 1)
 }
 
 fn count(task: &mut Task) -> Never {

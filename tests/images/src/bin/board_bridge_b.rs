@@ -1,0 +1,13 @@
+//! The side of the slave where both sides send over the bridge; see `bench_bridge/sides.rs`.
+#![no_std]
+#![no_main]
+#![feature(abi_avr_interrupt, asm_experimental_arch)]
+
+#[path = "bench_bridge/sides.rs"]
+mod sides;
+
+use tasks::router::Mcu;
+
+board::interrupts!(Interrupts: Tick, Twi);
+
+kernel::main!(|boot| sides::begin(boot, Interrupts, Mcu::Slave, sides::Does::Both));
