@@ -5,7 +5,8 @@ mod log;
 use std::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use kernel::{
-    EventFlags, Interrupt, LONGEST, Never, Period, Priority, Semaphore, Stack, Task, Timer, host, now,
+    EventFlags, Interrupt, LONGEST, Never, Period, Priority, Semaphore, Stack, Task, Ticks, Timer, host,
+    is_reached, now,
 };
 use log::Log;
 
@@ -107,6 +108,15 @@ fn note_waits(task: &mut Task, log: &Log, mut period: Period, works: [u16; 6], m
     assert_eq!(period.missed(), missed);
     loop {
         task.delay(LONGEST);
+    }
+}
+
+#[test]
+fn a_deadline_counts_as_reached_for_the_longest_time_there_is() {
+    for deadline in [0, 1, LONGEST, LONGEST + 1, Ticks::MAX] {
+        let is_reached_after = |ticks| is_reached(deadline, deadline.wrapping_add(ticks));
+        assert!(is_reached_after(0) && is_reached_after(1) && is_reached_after(LONGEST), "{deadline}");
+        assert!(!is_reached_after(LONGEST + 1) && !is_reached_after(Ticks::MAX), "{deadline}");
     }
 }
 
