@@ -85,8 +85,7 @@ impl Image {
     /// The file cannot be read, or is not an AVR program.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, ImageError> {
         let path = path.as_ref();
-        let bytes =
-            std::fs::read(path).map_err(|source| ImageError::Unreadable { path: path.to_owned(), source })?;
+        let bytes = read(path).map_err(|source| ImageError::Unreadable { path: path.to_owned(), source })?;
         Self::parse(&bytes).map_err(|source| ImageError::Bad { path: path.to_owned(), source: source.into() })
     }
 
@@ -189,6 +188,15 @@ impl Image {
                 _ => None,
             })
             .min_by_key(|&(_, distance)| distance)
+    }
+}
+
+/// The content of a regular file. A read of a pipe without a writer would never end.
+fn read(path: &Path) -> std::io::Result<Vec<u8>> {
+    if path.metadata()?.is_file() {
+        std::fs::read(path)
+    } else {
+        Err(std::io::Error::other("it is not a regular file"))
     }
 }
 

@@ -2,6 +2,8 @@
 
 mod common;
 
+use std::path::Path;
+use std::process::Command;
 use std::sync::Arc;
 
 use common::{build, build_with, marked, mcu};
@@ -75,6 +77,15 @@ fn an_image_that_is_none_says_what_to_do() {
     ] {
         assert!(error.to_string().contains("./x build"), "{error}");
     }
+}
+
+#[test]
+fn an_image_that_is_a_pipe_is_refused_at_once() {
+    let pipe = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("pipe-{}", std::process::id()));
+    assert!(Command::new("mkfifo").arg(&pipe).status().expect("there is mkfifo").success());
+    let refused = Image::load(&pipe);
+    std::fs::remove_file(&pipe).expect("the pipe is there");
+    assert!(refused.unwrap_err().to_string().contains("not a regular file"));
 }
 
 #[test]
