@@ -1,4 +1,6 @@
 //! Where the modules are, and what their sensors read.
+//!
+//! After a step, positions and frames are those at its beginning, a millisecond before angles and speeds.
 
 use glam::{DAffine3, DVec3};
 use plants::geometry::Half;
