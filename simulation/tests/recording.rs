@@ -111,9 +111,9 @@ fn joints_are_where_actions_bring_them() {
 #[test]
 fn a_robot_without_a_world_turns_as_it_is_rolled() {
     let Recording { placings, .. } = recorded(vec![at(500, Change::Roll(90.0))], 600);
-    let up = |look: usize| (placings[10 * look].frame.matrix3 * glam::DVec3::Z).to_array();
-    assert_eq!(up(12), [0.0, 0.0, 1.0]);
-    assert!((up(13)[1] - 1.0).abs() < 1e-9, "{:?}", up(13));
+    let left = |look: usize| placings[10 * look].frame.matrix3.y_axis;
+    assert_eq!(left(12), glam::DVec3::Y);
+    assert!(left(13).abs_diff_eq(glam::DVec3::Z, 1e-9), "its left side goes up: {}", left(13));
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn each_body_without_a_world_turns_where_it_lies() {
     for module in [0, 1] {
         let [before, after] = [placings[module], placings[2 + module]].map(|placing| placing.frame);
         assert_eq!(before.translation, after.translation, "module {module}");
-        assert!((after.matrix3.z_axis.y - 1.0).abs() < 1e-9, "{after}");
+        assert!(after.matrix3.y_axis.abs_diff_eq(glam::DVec3::Z, 1e-9), "its left side goes up: {after}");
     }
 }
 

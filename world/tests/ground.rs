@@ -68,7 +68,13 @@ fn each_body_is_turned_over_where_it_lies() {
     for (module, before) in before.into_iter().enumerate() {
         let way = world.place(module) - before;
         assert!(way.length() < 0.001, "{module} comes to lie {way} from where it lay");
-        assert!(world.up(module).y > 0.99, "{module} lies on its side");
+        let left = world.front(module).matrix3.y_axis;
+        assert!(left.z > 0.99, "the left side of {module} is up: {left}");
+    }
+    run(&mut world, [0.0; 3], 200);
+    for module in 0..4 {
+        let [x, y, z] = world.acceleration(module);
+        assert!(y > 0.9, "{module} feels that its left side is up: {x}, {y}, {z} g");
     }
 }
 

@@ -64,7 +64,7 @@ impl Recorder {
         let modules = robot.wiring().modules();
         let in_world: Option<Vec<_>> = (0..modules).map(|module| robot.placing(module)).collect();
         let placings = in_world.unwrap_or_else(|| {
-            let roll = glam::DAffine3::from_rotation_x(-self.roll.to_radians());
+            let roll = glam::DAffine3::from_rotation_x(self.roll.to_radians());
             robot.wiring().placings_bent(roll, |module| robot.angles(module))
         });
         self.recording.placings.extend(placings);

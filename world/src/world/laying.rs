@@ -13,7 +13,8 @@ const TOUCH: f64 = 1e-3;
 const RAISES: usize = 100;
 
 impl World {
-    /// Turns each body of modules by `degrees` about its initial long axis, and lays it down where it is.
+    /// Turns each body of modules by `degrees` about its initial long axis, so that its left side goes up, and lays
+    /// it down where it is.
     pub fn turn_over(&mut self, degrees: f64) {
         let bodies = self.bodies();
         bodies.iter().for_each(|body| self.turn(body, degrees));
@@ -33,7 +34,7 @@ impl World {
     fn turn(&mut self, body: &[usize], degrees: f64) {
         let middle = self.middle_of(body);
         let turn = DAffine3::from_translation(middle)
-            * DAffine3::from_rotation_x(-degrees.to_radians())
+            * DAffine3::from_rotation_x(degrees.to_radians())
             * DAffine3::from_translation(-middle);
         for &module in body {
             let frame = turn * weld::frame(&self.simulation, model::root(module));
