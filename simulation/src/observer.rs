@@ -1,5 +1,7 @@
 //! All observers of a robot at once.
 
+use std::mem::replace;
+
 use tasks::router::Mcu;
 
 use crate::change::{Change, Links};
@@ -34,6 +36,8 @@ pub struct Observer {
     wiring: Wiring,
     /// Docks from which nothing comes through, whatever is attached there, and whether noise is why.
     muted: Vec<(Face, bool)>,
+    /// How the robot lies turned about its long axis, in degrees.
+    roll: f64,
     /// By module, since when the programs of its master and its slave hear, and (`start`) how long they take
     /// until then from the end of a reset.
     hear_since: Vec<[u64; 2]>,
@@ -77,6 +81,7 @@ impl Observer {
             disturbances: Vec::new(),
             wiring: wiring.clone(),
             muted: Vec::new(),
+            roll: 0.0,
             hear_since: (0..wiring.modules())
                 .map(|module| [robot.powered_up_at(module) + robot.start(); 2])
                 .collect(),
@@ -162,7 +167,9 @@ impl Observer {
             recorder.changed(event, &self.wiring);
         }
         self.gait.pass(at);
-        if let Change::Roll(_) = change {
+        if let Change::Roll(degrees) = *change
+            && replace(&mut self.roll, degrees) != degrees
+        {
             self.gait.turned(at);
         }
         if let Some(disturbance) = Disturbance::of(change) {

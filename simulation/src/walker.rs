@@ -378,8 +378,10 @@ impl Walker {
     pub fn feel(&mut self, values: &[i16], (before, now): (u64, u64), turned_at: u64) {
         for (sensed, &value) in self.senses.iter_mut().zip(values) {
             let holds = holds(sensed.sense, value);
-            if sensed.holds != holds {
-                let since = if turned_at >= before { turned_at } else { now };
+            // It may have acted by other readings since the robot was turned, though these are as before.
+            let is_turned = turned_at >= before;
+            if is_turned || sensed.holds != holds {
+                let since = if is_turned { turned_at } else { now };
                 *sensed = Sensed { holds, since, ..*sensed };
             }
         }

@@ -382,6 +382,16 @@ fn a_head_that_has_moved_may_beat_once_more_where_it_is() {
     }
 }
 
+/// A leg reads otherwise once it has adapted: as it did before the robot was turned.
+#[test]
+fn legs_of_a_robot_that_is_turned_have_time_to_adapt_whatever_they_read_since() {
+    for (roll, at) in [(-120, 5.255), (120, 5.765), (115, 5.51)] {
+        let events =
+            format!("at = 1\ncommand = [0xd7, 1, 20]\nto = \"0.Left\"\n[[event]]\nat = {at}\nroll = {roll}");
+        expect_no_fault("shape = \"centipede\"\nmodules = 10", &events, 1, 9);
+    }
+}
+
 /// Round a ring by a chain's gait the last beat goes on by itself, and a hormone may be overtaken by the
 /// next.
 #[test]
