@@ -38,6 +38,8 @@ pub struct Gait {
     ways: Vec<DockSet>,
     /// By module, since when none come.
     cut_off_at: Vec<Option<u64>>,
+    /// By module, until when it led.
+    led_until: Vec<Option<u64>>,
     walkers: Vec<Walker>,
     /// By module, which walker it is.
     walker_of: Vec<Option<usize>>,
@@ -64,6 +66,7 @@ impl Gait {
             wiring: wiring.clone(),
             ways: vec![DockSet::EMPTY; wiring.modules()],
             cut_off_at: vec![None; wiring.modules()],
+            led_until: vec![None; wiring.modules()],
             walkers: Vec::new(),
             walker_of: vec![None; wiring.modules()],
             halted: vec![None; wiring.modules()],
@@ -195,9 +198,14 @@ impl Gait {
             let shall_stop = self.orders.gait(module).is_none() && self.wiring.has_power(module);
             *halted = shall_stop.then_some(until.max(doubted_until[module]));
         }
-        let led = before.iter().flatten().filter(|walker| walker.hops == 0).map(|walker| walker.module);
+        for walker in before.iter().flatten().filter(|walker| walker.hops == 0) {
+            self.led_until[walker.module] = Some(now);
+        }
+        // A module may have lost its lead by the change before, and not have found that out.
+        let beats = |module: &usize| self.led_until[*module].is_some_and(|until| now <= until + DISCOVERY);
         let leads = |module: &usize| led_by(&self.wiring, &self.orders, *module) == Some(1);
-        let leads_no_more: Vec<usize> = led.filter(|module| !leads(module)).collect();
+        let leads_no_more: Vec<usize> =
+            (0..before.len()).filter(beats).filter(|module| !leads(module)).collect();
         let ways = self.choose_ways(&leads_no_more, now);
         for (module, way) in ways.into_iter().enumerate() {
             let (Some(way), Some(gait)) = (way, self.orders.gait(module)) else { continue };

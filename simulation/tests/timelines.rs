@@ -376,6 +376,12 @@ fn a_head_that_has_moved_may_beat_once_more_where_it_is() {
             "at = 2.375\nswap = [0, 3]",
             57522,
         ),
+        // It is joined elsewhere before it finds out.
+        (
+            r#"["0.Back", "1.Front"], ["1.Back", "2.Front"], ["2.Back", "3.Front"], ["3.Back", "4.Front"]"#,
+            "at = 2.8\nkill = 1\n[[event]]\nat = 2.85\nattach = [\"0.Left\", \"3.Down\"]",
+            1,
+        ),
     ] {
         let modules = docks.matches("], ").count() + 2;
         expect_no_fault(&format!("modules = {modules}\ndocks = [{docks}]"), event, seed, 16);
