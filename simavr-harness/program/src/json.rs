@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use tempfile::{Builder, NamedTempFile};
 
+use super::closed::expect_output;
 use super::output::print;
 
 /// The destination of a report.
@@ -32,6 +33,7 @@ impl Destination {
     pub fn of(path: Option<&Path>, robot: Option<&Path>) -> Result<Option<Self>, Box<dyn Error>> {
         let Some(path) = path else { return Ok(None) };
         if path == Path::new("-") {
+            expect_output()?;
             return Ok(Some(Destination::StandardOutput));
         }
         Self::file(path, robot, "--json").map(Some)

@@ -7,6 +7,7 @@ mod arguments;
 mod bench;
 mod campaign;
 mod chart;
+mod closed;
 mod command_line;
 mod concurrency;
 mod cost;

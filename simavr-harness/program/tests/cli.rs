@@ -393,6 +393,21 @@ fn where_nobody_hears_it_the_program_does_not_panic() {
 }
 
 #[test]
+fn a_closed_standard_output_is_an_error_and_a_report_for_it_is_refused_before_the_run() {
+    let closed = |command: &str| {
+        let program = env!("CARGO_BIN_EXE_superbot-sim");
+        let mut shell = Command::new("sh");
+        shell.args(["-c", &format!("{program} sim chain --engine host --seconds {command} >&-")]);
+        shell.output().expect("there is a shell")
+    };
+    for command in ["1", "86400 --json -"] {
+        assert_refused(&closed(command), "the standard output is closed");
+    }
+    let elsewhere = closed("1 --json /dev/null");
+    assert!(!String::from_utf8_lossy(&elsewhere.stderr).contains("closed"), "{elsewhere:?}");
+}
+
+#[test]
 fn a_listing_that_can_not_be_printed_is_an_error_that_says_so() {
     for listing in [&["--listing", "kernel_flash_bytes_with_calls"][..], &["--windows"]] {
         let full = File::create("/dev/full").expect("Linux has it");
