@@ -248,6 +248,18 @@ fn a_run_that_can_not_be_made_fails_and_is_made_once_it_can() {
 }
 
 #[test]
+fn a_table_that_can_not_be_written_leaves_the_summary() {
+    let campaign = Campaign::of("robot = 'chain'\nengine = 'host'\nseconds = 2");
+    assert_eq!(campaign.plan(&["--run"]).status.code(), Some(0));
+    // In the place of the table.
+    fs::create_dir(Path::new(&campaign.directory()).join("runs.csv")).unwrap();
+    let report = campaign.report(&[]);
+    assert_eq!(report.status.code(), Some(2), "{}", said(&report));
+    let text = said(&report);
+    assert!(text.contains("| runs | failed |") && text.contains("can't write"), "{text}");
+}
+
+#[test]
 fn a_campaign_that_grows_keeps_what_is_done() {
     let text =
         |seeds| format!("robot = 'chain'\nengine = 'host'\nseconds = 2\nseed = {{ from = 1, to = {seeds} }}");

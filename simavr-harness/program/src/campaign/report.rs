@@ -48,12 +48,18 @@ pub fn run(options: &CampaignReport) -> Result<(), Box<dyn Error>> {
         )?)?;
     }
     let summary = Summary::of(&outcomes)?;
-    let columns = results::columns(&rows);
-    super::write(&options.directory.join(RUNS), results::csv(&columns, &rows)?)?;
-    super::write(&options.directory.join(TYPED_RUNS), parquet(&columns, &rows)?)?;
-    super::write(&options.directory.join(SUMMARY), summary.csv()?)?;
+    let written = write_tables(&options.directory, &rows, &summary);
+    // The figures are printed even if a table can't be written.
     print(summary)?;
-    print(failures(&outcomes)?)
+    print(failures(&outcomes)?)?;
+    written
+}
+
+fn write_tables(directory: &Path, rows: &[Row], summary: &Summary) -> Result<(), Box<dyn Error>> {
+    let columns = results::columns(rows);
+    super::write(&directory.join(RUNS), results::csv(&columns, rows)?)?;
+    super::write(&directory.join(TYPED_RUNS), parquet(&columns, rows)?)?;
+    super::write(&directory.join(SUMMARY), summary.csv()?)
 }
 
 /// Makes sure that a plot neither overwrites a file of the campaign nor is overwritten by a table.
