@@ -22,6 +22,7 @@ const state = { time: 0, isPlaying: false, speed: 1, selected: null, theme: "dar
 state.goal = 0;
 
 function fail(error) {
+    by("loading")?.remove();
     by("faults").hidden = false;
     by("faults").textContent = `This can't be shown: ${error.message ?? error}`;
     throw error;
@@ -37,7 +38,11 @@ async function load(page) {
     if (!("DecompressionStream" in window))
         throw new Error("the browser is too old: it has no DecompressionStream");
     const part = read("part");
-    run.append(part, unpack(await inflated(by("recording").textContent), run.about, part.looks));
+    try {
+        run.append(part, unpack(await inflated(by("recording").textContent), run.about, part.looks));
+    } catch {
+        throw new Error("the recording is not whole: copy the file anew, or make it again");
+    }
     return { run, live: null };
 }
 
@@ -331,6 +336,7 @@ function begin({ run, live }, page) {
         },
     });
 
+    by("loading").remove();
     head(run, SPEEDS);
     showLegend(run);
     obey(location.hash.slice(1));

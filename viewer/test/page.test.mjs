@@ -1,10 +1,11 @@
 // What the page of a recording draws, and what clicks and keys do in it.
 
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { after, before, test } from "node:test";
 import { Browser } from "./browser.mjs";
-import { recorded, robotFile } from "./pages.mjs";
+import { changed, recorded, robotFile } from "./pages.mjs";
 
 const COURSE = `
 modules = 4
@@ -306,4 +307,26 @@ test("a page without a recording says how to come by one", async () => {
         await browser.run("return document.getElementById('faults').textContent"),
         /\.\/x sim --record FILE\.html/,
     );
+});
+
+test("a page that has not come whole says so", async () => {
+    const recording = /(<script[^>]* id="?recording"?[^>]*>)([^<]+)/;
+    const begin = (text) => text.slice(0, 4 * Math.floor(text.length / 8));
+    for (const [name, change] of [
+        ["shorter", (page) => page.replace(recording, (_, tag, text) => tag + begin(text))],
+        ["garbled", (page) => page.replace(recording, (_, tag, text) => `${tag}?${text}`)],
+        ["other", (page) => page.replace(recording, (_, tag, text) => tag + begin(text) + begin(text))],
+    ]) {
+        const page = changed(name, walk.page, change);
+        assert.notEqual(readFileSync(page, "utf8"), readFileSync(walk.page, "utf8"));
+        await browser.open(page);
+        const said = await browser.run("return document.getElementById('faults').textContent");
+        assert.match(said, /the recording is not whole: copy the file anew/, name);
+    }
+    const cut = changed("cut", walk.page, (page) => page.slice(0, page.search(recording) + 1000));
+    await browser.blank();
+    await browser.ask("/url", { url: `file://${cut}` });
+    assert.match(await browser.text("loading"), /^Loading\. If this stays, .* the file is not whole/);
+    await browser.open(walk.page, "#t=0");
+    assert.equal(await browser.run("return document.getElementById('loading')"), null);
 });

@@ -26,6 +26,13 @@ export function recorded(name, ...args) {
     return { page, report: JSON.parse(readFileSync(json, "utf8")) };
 }
 
+/** A copy of a page, changed; returns its path. */
+export function changed(name, page, change) {
+    const path = join(folder, `${name}.html`);
+    writeFileSync(path, change(readFileSync(page, "utf8")));
+    return path;
+}
+
 /** Starts a run that is looked at as it goes on. Returns where its page is, its process, and what waits for
  * its report. */
 export async function served(name, ...args) {
