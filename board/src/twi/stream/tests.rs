@@ -45,7 +45,7 @@ impl Interface {
             return (data, GO_ON, false);
         }
         if let Some(control) = self.streams.turn(status) {
-            return (Data::None, control, status != status::LOST_AND_ADDRESSED);
+            return (Data::None, control, self.streams.has_ended());
         }
         self.settle();
         self.streams.catch_up(&mut self.engine);
