@@ -212,3 +212,41 @@ fn end_of(latch: &Latch) -> Option<End> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use plants::battery::CAPACITY;
+    use plants::motor::{STALL_CURRENT, SUPPLY_VOLTS};
+
+    use super::*;
+
+    /// In s.
+    const STEP: f64 = 0.25e-3;
+
+    #[test]
+    fn the_battery_gives_what_electronics_motors_latches_and_neighbours_draw() {
+        let mut body = Body::default();
+        body.joint_mut(Axis::Roll).surroundings.is_blocked = true;
+        body.dock_amperes = [0.0, 0.3, -0.4, 0.0, 0.0, 0.0];
+        let mut drives = Drives { duties: [0.0, -0.5, 0.0], ..Drives::default() };
+        drives.latches[usize::from(Dock::Front.index())] = 1;
+        for dock in [Dock::Back, Dock::Left] {
+            drives.closed.insert(dock);
+        }
+        let mut coulombs = 0.0;
+        for step in 0..4000 {
+            // For half of the time the bridge connects the battery to the motor, whose mean voltage is half.
+            let motor = 0.5 * 0.5 * STALL_CURRENT * body.battery.volts() / SUPPLY_VOLTS;
+            // A latch is at its end after 0.8 s, and its motor stalls there.
+            let latch = if f64::from(step) * STEP < 0.8 - STEP / 2.0 { 0.2 } else { 0.9 };
+            // What comes in by a dock charges the battery only by the charger.
+            drives.is_charging = step >= 2000;
+            let neighbours = if drives.is_charging { 0.3 - 0.4 } else { 0.3 };
+            coulombs += (IDLE_AMPERES + motor + latch + neighbours) * STEP;
+            body.step(&drives, STEP);
+        }
+        let used = body.battery.used() * CAPACITY;
+        assert!((used - coulombs).abs() < 1e-3 * coulombs, "{used} C, not {coulombs} C");
+        assert_eq!(body.latch(Dock::Front).way(), 1.0);
+    }
+}
