@@ -277,8 +277,12 @@ impl Robot {
     /// The charge that the module with the highest consumption has taken from its battery since power-up, as
     /// a fraction of a full charge.
     pub fn charge_used(&self) -> f64 {
-        let used = self.members.iter().map(|member| member.module.body().battery.used());
-        used.fold(0.0, f64::max)
+        self.charges_used().fold(0.0, f64::max)
+    }
+
+    /// The charge that each module has taken from its battery since power-up, as a fraction of a full charge.
+    pub fn charges_used(&self) -> impl Iterator<Item = f64> {
+        self.members.iter().map(|member| member.module.body().battery.used())
     }
 
     /// The distance between the middles of two docks in mm; `None` without a world.

@@ -82,10 +82,10 @@ fn row(options: &Period, images: &Images, period_ms: u16) -> Result<Row, Box<dyn
             return Err(format!("a Period of {period_ms} ms: {trouble}"));
         }
         let distance = Robot::motion(&engine).map_or(0.0, |motion| motion.distance);
-        Ok((distance, engine.robot().charge_used()))
+        Ok((distance, engine.robot().charges_used().collect::<Vec<_>>()))
     };
     let [start, end] = [look(RISEN)?, look(options.seconds.into())?];
-    let (distance, charge) = (end.0 - start.0, end.1 - start.1);
+    let (distance, charge) = (end.0 - start.0, most_used(&start.1, &end.1));
     let seconds = (u64::from(options.seconds) - RISEN) as f64;
     Ok(Row {
         period_ms,
@@ -93,6 +93,12 @@ fn row(options: &Period, images: &Images, period_ms: u16) -> Result<Row, Box<dyn
         amperes: charge * plants::battery::CAPACITY / seconds,
         metres_per_charge: distance / charge,
     })
+}
+
+/// The charge that the module with the highest consumption took, from what each had taken at the start and at
+/// the end.
+fn most_used(start: &[f64], end: &[f64]) -> f64 {
+    start.iter().zip(end).map(|(start, end)| end - start).fold(0.0, f64::max)
 }
 
 /// Plots speed and range over the Period, each with an axis of its own.
@@ -171,6 +177,11 @@ impl fmt::Display for Table {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_hungriest_module_need_not_be_the_one_that_has_taken_most_before() {
+        assert_eq!(most_used(&[0.5, 0.0, 0.25], &[0.75, 0.5, 0.25]), 0.5);
+    }
 
     #[test]
     fn a_plot_has_a_point_for_each_row_and_curve() {
