@@ -140,6 +140,11 @@ impl Gait {
         self.touched(&touched, now)
     }
 
+    /// Programs of a module start over.
+    pub fn interrupted(&mut self, module: usize, now: u64) {
+        self.orders.interrupted(&self.wiring, module, now);
+    }
+
     /// A module starts over, and runs again from `runs_at` on.
     pub fn restarted(&mut self, module: usize, runs_at: u64) {
         self.orders.restarted(module, runs_at);

@@ -185,6 +185,9 @@ impl Observer {
             self.hops.disturb_lines(are_noisy, at);
         }
         let audible = self.audible();
+        if let Change::Reset { module, .. } = *change {
+            self.gait.interrupted(module, at);
+        }
         let touched = match *change {
             Change::Reset { module, .. } => audible.peers(module).chain([module]).collect(),
             // A module that comes to a dock that is blind in one direction says for a moment that it hears

@@ -134,6 +134,11 @@ impl Orders {
         changed
     }
 
+    /// Programs of a module start over. An order that comes to it may be lost.
+    pub fn interrupted(&mut self, wiring: &Wiring, module: usize, now: u64) {
+        self.doubts.interrupted(&self.of, wiring, module, now);
+    }
+
     /// A module starts over, and runs again from `runs_at` on: it recalls its order, and takes that for older
     /// than orders that others were given since their power-up.
     pub fn restarted(&mut self, module: usize, runs_at: u64) {

@@ -337,6 +337,19 @@ fn where_an_order_and_a_change_meet_the_robot_decides_what_it_has_heard() {
             "at = 2.989\ncommand = [0xd6, 178, 255]\nto = \"4.Left\"\n[[event]]\nat = 2.99\nkill = 13",
             40789,
         ),
+        // The slave that hears it is reset before it has passed it on, and after.
+        (
+            "shape = \"chain\"\nmodules = 4",
+            "at = 3\ncommand = [0xd7, 60, 80]\nto = \"2.Up\"\n\
+             [[event]]\nat = 3.002\nreset = 2\nmcu = \"slave\"",
+            80248,
+        ),
+        (
+            "shape = \"chain\"\nmodules = 4",
+            "at = 3\ncommand = [0xd7, 60, 80]\nto = \"2.Up\"\n\
+             [[event]]\nat = 3.02\nreset = 2\nmcu = \"slave\"",
+            80248,
+        ),
     ] {
         expect_no_fault(robot, events, seed, 30);
     }

@@ -63,9 +63,7 @@ impl Doubts {
     ) -> Vec<usize> {
         self.forget(now);
         let known = of[module].number;
-        // A remote control repeats an order, of which a dock may hear only the last sending.
-        let heard_by = |it: &Spreading| it.given_at + SENDS[SENDS.len() - 1] + GIVEN_UP_AFTER;
-        let is_other = |it: &Spreading| it.order == known && (it.module != module || now <= heard_by(it));
+        let is_other = |it: &Spreading| it.order == known && (it.module != module || it.is_coming(now));
         if self.spreading.iter().any(is_other) {
             self.open(wiring, module, order, of.into(), now);
         } else {
@@ -89,6 +87,20 @@ impl Doubts {
         let (order, before) = (order.number, of.into());
         self.spreading.push(Spreading { module, order, before, given_at: now, until });
         (0..of.len()).filter(|&it| is_apart[it]).collect()
+    }
+
+    /// Programs of a module start over, while modules have the orders `of`: an order that comes to it may be
+    /// lost.
+    pub fn interrupted(&mut self, of: &[Order], wiring: &Wiring, module: usize, now: u64) {
+        self.forget(now);
+        let is_lost = |it: &&Spreading| it.module == module && it.is_coming(now);
+        let lost: Vec<_> =
+            self.spreading.iter().filter(is_lost).map(|it| (it.order, Arc::clone(&it.before))).collect();
+        for (order, before) in lost {
+            if of[module].number == order {
+                self.open(wiring, module, of[module], before, now);
+            }
+        }
     }
 
     /// Takes in a changed wiring, before modules with the orders `of` hear each other by it: those that are
@@ -178,6 +190,14 @@ impl Doubts {
     fn forget(&mut self, now: u64) {
         self.spreading.retain(|spreading| now < spreading.until);
         self.before.retain(|before| now < before.until);
+    }
+}
+
+impl Spreading {
+    /// Whether the module may not have heard it yet: a remote control repeats an order, of which a dock may
+    /// hear only the last sending.
+    fn is_coming(&self, now: u64) -> bool {
+        now <= self.given_at + SENDS[SENDS.len() - 1] + GIVEN_UP_AFTER
     }
 }
 
