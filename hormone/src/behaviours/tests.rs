@@ -18,6 +18,7 @@ use crate::order::{Order, What};
 use crate::pace::Pace;
 use crate::period::Period;
 use crate::probe::Probe;
+use crate::random::Random;
 use crate::sense::Sense;
 use crate::standing::STOP;
 use crate::time::until;
@@ -380,5 +381,48 @@ fn a_robot_that_is_to_stop_searches_no_dock_any_more() {
         let mut ended = here.requests();
         ended.retain(|request| matches!(request, Request::Leave(_)));
         assert_eq!(ended, [Dock::Front, Dock::Back].map(Request::Leave)[..expected]);
+    }
+}
+
+/// Anything that a neighbour may send to HORMONE, and at times what AC_RECV may report.
+fn anything(random: &mut Random) -> Letter {
+    if random.below(8) == 0 {
+        return topology([(); 6].map(|()| Dock::from_index(random.below(12) as u8)));
+    }
+    let length = 2 + random.below(3) as usize;
+    let payload = [(); 4].map(|()| random.below(256) as u8);
+    let from = Address::beyond(Dock::ALL[random.below(6) as usize], TaskCode::HORMONE);
+    letter(TaskCode::HORMONE, from, &payload[..length])
+}
+
+/// Whatever neighbours have sent, whenever, and whether or not there was room.
+#[test]
+fn a_leg_that_is_ordered_to_walk_walks_whatever_came_before() {
+    for seed in 0..300 {
+        let (mut random, mut here) = (Random::new(seed), Here::default());
+        let mut now = random.below(0x1_0000) as u16;
+        let mut behaviours = Behaviours::new(GaitName::Centipede.gait(), seed as u16, now);
+        for _ in 0..300 {
+            here.is_full = random.below(8) == 0;
+            behaviours.receive(now, anything(&mut random), &mut here);
+            let pause = [0, 1, 40, 300, 2_000, 30_000][random.below(6) as usize];
+            if pause >= 1_000 {
+                // The task was kept from running.
+                now = now.wrapping_add(pause);
+            }
+            run(&mut behaviours, &mut now, pause % 1_000, &mut here);
+        }
+        here.is_full = false;
+        behaviours.receive(now, leg(), &mut here);
+        let order = Order { what: What::Walk(GaitName::Centipede as u8, Period::OWN), serial: 0 };
+        let from = Address::beyond(Dock::Up, TaskCode::HORMONE);
+        let order = letter(TaskCode::HORMONE, from, Hormone::Order(order).to_payload().as_slice());
+        behaviours.receive(now, order, &mut here);
+        for data in [A, B, A, B, A] {
+            behaviours.receive(now, beat(data, Dock::Back), &mut here);
+            run(&mut behaviours, &mut now, 500, &mut here);
+        }
+        let action = behaviours.controller().status().action;
+        assert!(matches!(action, Action::Swing | Action::SwingOver), "seed {seed}: {action:?}");
     }
 }

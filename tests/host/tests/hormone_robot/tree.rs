@@ -37,6 +37,14 @@ fn shapes() -> impl Strategy<Value = Vec<(usize, usize, usize)>> {
     )
 }
 
+/// What may come in at a dock of a module: a payload for HORMONE and one for AC_RECV, and the time until the
+/// next, in milliseconds.
+fn nonsense() -> impl Strategy<Value = (usize, usize, Vec<u8>, u8, u32)> {
+    // Beats, orders, standing orders and tokens among them.
+    let payload = prop::collection::vec(any::<u8>(), 2..=4);
+    (any::<usize>(), 0..6_usize, payload, any::<u8>(), 0..20_u32)
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(64) })]
 
@@ -87,7 +95,7 @@ proptest! {
     fn nonsense_from_a_neighbour_is_survived_and_forgotten(
         shape in shapes(),
         seed: u64,
-        noise in prop::collection::vec((any::<usize>(), 0..6_usize, any::<[u8; 2]>(), any::<u8>(), 0..20_u32), 0..200),
+        noise in prop::collection::vec(nonsense(), 0..200),
     ) {
         let mut robot = tree(&shape, seed);
         for (module, dock, payload, probe, pause) in noise {
