@@ -153,7 +153,7 @@ impl Orders {
     fn look(&mut self, wiring: &Wiring, now: u64, first: u64) {
         let waiting = std::mem::take(&mut self.reshaped);
         for body in wiring.bodies() {
-            let then = |&module: &usize| Some((module, self.then(wiring, module)?));
+            let then = |&module: &usize| Some((module, then(wiring, module, &self.gait(module)?)?));
             let Some((module, then)) = body.iter().find_map(then) else { continue };
             let order = self.of[module].number;
             let known = waiting.iter().find(|it| it.order == order && body.contains(&it.module));
@@ -163,15 +163,6 @@ impl Orders {
             }
             self.reshaped.push(Reshaped { module, order, then, at });
         }
-    }
-
-    /// The gait that follows, for a module that has the type in which its gait ends, and leads by the gait
-    /// that follows.
-    fn then(&self, wiring: &Wiring, module: usize) -> Option<GaitName> {
-        let Once { becomes, then } = self.gait(module)?.once?;
-        let is_there =
-            acting(wiring, module) == becomes && leads(wiring, module, then.gait().leader).is_some();
-        is_there.then_some(then)
     }
 
     /// When a robot will have taken another shape, or a module runs again, if nothing happens before.
@@ -227,7 +218,8 @@ impl Orders {
                 beat: beat(module).or_else(|| body.iter().find_map(|&it| beat(it))),
             };
             let is_led = |gait: &Gait| body.iter().any(|&it| leads(wiring, it, gait.leader) == Some(1));
-            let follows = shown.tells(&orders, is_led);
+            let then = |gait: &Gait| body.iter().find_map(|&it| then(wiring, it, gait)).map(GaitName::gait);
+            let follows = shown.tells(&orders, is_led, then);
             if follows > 0 {
                 body.retain(|&it| self.of[it].number == order);
                 body.iter().for_each(|&it| self.of[it] = orders[follows]);
@@ -297,6 +289,13 @@ impl Order {
         let what = |order: Order| order.gait().map(|gait| (gait.name, gait.beat));
         what(self) == what(other)
     }
+}
+
+/// The gait that follows this one, for a module that has the type in which it ends, and leads by the other.
+fn then(wiring: &Wiring, module: usize, gait: &Gait) -> Option<GaitName> {
+    let Once { becomes, then } = gait.once?;
+    let is_there = acting(wiring, module) == becomes && leads(wiring, module, then.gait().leader).is_some();
+    is_there.then_some(then)
 }
 
 #[cfg(test)]

@@ -337,6 +337,15 @@ fn where_an_order_and_a_change_meet_the_robot_decides_what_it_has_heard() {
             "at = 2.989\ncommand = [0xd6, 178, 255]\nto = \"4.Left\"\n[[event]]\nat = 2.99\nkill = 13",
             40789,
         ),
+        // By the last one the robot becomes a chain, which it is, and then walks as by the first two.
+        (
+            "shape = \"chain\"\nmodules = 4",
+            "at = 3\ncommand = [0xd2, 38, 40]\nto = \"3.Up\"\n\
+             [[event]]\nat = 3.05\ncommand = [0xd2, 123, 10]\nto = \"2.Up\"\n\
+             [[event]]\nat = 3.14\ncommand = [0xd2, 75, 10]\nto = \"1.Up\"\n\
+             [[event]]\nat = 3.17\ncommand = [0xd9, 223, 20]\nto = \"3.Left\"",
+            83153,
+        ),
         // The slave that hears it is reset before it has passed it on, and after.
         (
             "shape = \"chain\"\nmodules = 4",

@@ -17,8 +17,14 @@ pub struct Shown {
 
 impl Shown {
     /// Which of these orders the body follows; the first one where nothing shows another. By a gait that is
-    /// led its modules act.
-    pub fn tells(&self, orders: &[Order], is_led: impl Fn(&Gait) -> bool) -> usize {
+    /// led its modules act. A body that already has the shape that a gait makes of it may walk by the gait
+    /// that follows, as `then` says.
+    pub fn tells(
+        &self,
+        orders: &[Order],
+        is_led: impl Fn(&Gait) -> bool,
+        then: impl Fn(&Gait) -> Option<Gait>,
+    ) -> usize {
         let gaits: Vec<Option<Gait>> = orders.iter().map(|order| order.gait()).collect();
         let stop = gaits.iter().position(Option::is_none);
         let rests = !self.acts && stop.is_some();
@@ -27,7 +33,8 @@ impl Shown {
         }
         let may_walk = |gait: &Gait| !rests || !is_led(gait);
         let walks = || (0..gaits.len()).filter_map(|it| Some((it, gaits[it].filter(may_walk)?)));
-        let said = walks().filter(|(_, gait)| Some(gait.name) == self.says);
+        let may_be = |(it, gait): (usize, Gait)| [Some(gait), then(&gait)].map(|gait| Some((it, gait?)));
+        let said = walks().flat_map(may_be).flatten().filter(|(_, gait)| Some(gait.name) == self.says);
         let apart = |gait: &Gait| {
             let beat = u64::from(gait.beat.get()) * MILLISECOND;
             self.beat.map(|it| it.abs_diff(beat))
