@@ -13,8 +13,8 @@ const TOUCH: f64 = 1e-3;
 const RAISES: usize = 100;
 
 impl World {
-    /// Turns each body of modules by `degrees` about its initial long axis, so that its left side goes up, and
-    /// lays it down where it is.
+    /// Turns each body of modules by `degrees` about its initial long axis, its left side up, and lays it
+    /// down where it is.
     pub fn turn_over(&mut self, degrees: f64) {
         let bodies = self.bodies();
         bodies.iter().for_each(|body| self.turn(body, degrees));

@@ -10,4 +10,6 @@ use tasks::router::Mcu;
 
 board::interrupts!(Interrupts: Tick, Twi);
 
-kernel::main!(|boot| sides::begin(boot, Interrupts, Mcu::Master, sides::Does::Send));
+const DOES: sides::Does = sides::Does { sends: true, counts: false };
+
+kernel::main!(|boot| sides::begin(boot, Interrupts, Mcu::Master, DOES));

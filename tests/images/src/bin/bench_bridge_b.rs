@@ -10,4 +10,6 @@ use tasks::router::Mcu;
 
 board::interrupts!(Interrupts: Tick, Twi);
 
-kernel::main!(|boot| sides::begin(boot, Interrupts, Mcu::Slave, sides::Does::Count));
+const DOES: sides::Does = sides::Does { sends: false, counts: true };
+
+kernel::main!(|boot| sides::begin(boot, Interrupts, Mcu::Slave, DOES));

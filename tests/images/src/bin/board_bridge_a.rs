@@ -10,4 +10,6 @@ use tasks::router::Mcu;
 
 board::interrupts!(Interrupts: Tick, Twi);
 
-kernel::main!(|boot| sides::begin(boot, Interrupts, Mcu::Master, sides::Does::Both));
+const DOES: sides::Does = sides::Does { sends: true, counts: true };
+
+kernel::main!(|boot| sides::begin(boot, Interrupts, Mcu::Master, DOES));

@@ -54,12 +54,10 @@ static SENDER_STACK: Stack<280> = Stack::new();
 static COUNTER_STACK: Stack<280> = Stack::new();
 
 /// What a side does.
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[allow(dead_code, reason = "each image does one of these")]
-pub enum Does {
-    Send,
-    Count,
-    Both,
+#[derive(Clone, Copy)]
+pub struct Does {
+    pub sends: bool,
+    pub counts: bool,
 }
 
 /// Starts one side; `interrupts` proves that the vectors are there.
@@ -76,10 +74,10 @@ where
     };
     let bus = board.twi.start(interrupts, boot.interrupt(), own.address, other.address, signal);
     start(BRIDGE_STACK.start(boot, Priority::P1, move |task| bridge::run(task, &BRIDGE, bus, office)));
-    if does != Does::Count {
+    if does.sends {
         start(SENDER_STACK.start(boot, Priority::P3, move |task| send(task, office, Address::here(to))));
     }
-    if does != Does::Send {
+    if does.counts {
         start(COUNTER_STACK.start(boot, Priority::P3, count));
     }
 }
