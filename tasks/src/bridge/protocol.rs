@@ -113,7 +113,7 @@ counters! {
         retries,
         /// Transfers that are no message: length, CRC or address.
         errors,
-        /// Messages given up after the last repetition.
+        /// Messages given up after the last repetition, as the other MCU refused them.
         gave_up,
         /// Messages for a task or dock that this MCU does not have.
         ignored,

@@ -65,6 +65,22 @@ fn a_bus_that_is_stuck_is_freed() {
     assert_eq!(count(&engine, Controller::Master, offset_of!(BridgeCounters, gave_up)), 0);
 }
 
+/// A joint's order is said once. However long the bus is stuck, it is only late.
+#[test]
+fn nothing_is_lost_while_the_bus_is_stuck() {
+    let mut engine = pair();
+    engine.run_until(50 * MILLISECOND);
+    for _ in 0..400 {
+        engine.robot_mut().module_mut(0).expect("there is one").hold_data_wire(NonZeroU32::MAX);
+        engine.run_until(engine.cycle() + MILLISECOND);
+    }
+    let freed = count(&engine, Controller::Master, offset_of!(BridgeCounters, freed));
+    assert!(freed > 20, "{freed}");
+    engine.robot_mut().module_mut(0).expect("there is one").hold_data_wire(NonZeroU32::MIN);
+    assert_in_service(&mut engine, "held for 400 ms");
+    assert_eq!(count(&engine, Controller::Master, offset_of!(BridgeCounters, gave_up)), 0);
+}
+
 /// A side whose own packet waits frees the bus, too, and the other side's packet may be whole by then but for
 /// its STOP. As that side does not send it again, it must not be lost.
 #[test]
