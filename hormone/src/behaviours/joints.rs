@@ -33,7 +33,7 @@ impl Joints {
     }
 
     /// Takes in the state of a joint. One that is off has forgotten its target: its MCU was reset, or another
-    /// task relaxed it.
+    /// task relaxed it. It is told again at once, for a robot that stands may have no other target for it.
     pub fn hear(&mut self, now: u16, axis: Axis, state: State) {
         let index = usize::from(axis.index());
         let awaits_retry = self.failed.contains(&true);
@@ -41,7 +41,10 @@ impl Joints {
             return;
         };
         match state {
-            State::Off => (*told, *failed) = (None, false),
+            State::Off => {
+                *failed = told.is_some();
+                self.retry_at = now;
+            }
             State::Stalled | State::BrokenPotentiometer => {
                 *failed = true;
                 // Failures that follow may not put this off.

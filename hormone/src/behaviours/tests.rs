@@ -8,7 +8,7 @@ use tasks::request::{Report, Request};
 use super::ac_receive::LOOK;
 use super::joints::{Joints, RETRY};
 use super::*;
-use crate::action::Action;
+use crate::action::{Action, posture};
 use crate::data::Data::{self, A, B};
 use crate::event::Event;
 use crate::gait::GaitName;
@@ -349,6 +349,23 @@ fn a_joint_that_was_switched_off_after_it_failed_wakes_nobody() {
     assert_eq!(joints.retry_in(0), Some(RETRY));
     joints.hear(10, Axis::Roll, State::Off);
     assert_eq!(joints.retry_in(10), None, "it has no target that could be repeated");
+}
+
+/// An MCU that is reset switches its joints off. A leg of a robot that stands would give way.
+#[test]
+fn a_joint_that_is_off_while_the_robot_stands_is_told_its_last_target() {
+    let (mut joints, mut here) = (Joints::new(), Here::default());
+    joints.turn(0, Some(posture(1, 2, 3)), &mut here);
+    here.sent.clear();
+    joints.hear(700, Axis::Back, State::Off);
+    assert_eq!(joints.retry_in(700), Some(0));
+    here.is_full = true;
+    joints.turn(700, None, &mut here);
+    here.is_full = false;
+    joints.turn(700 + RETRY, None, &mut here);
+    let turned = Request::Turn { axis: Axis::Back, angle: 30, speed: 60 };
+    assert_eq!(here.requests(), [turned]);
+    assert_eq!(joints.retry_in(700 + RETRY), None);
 }
 
 #[test]
