@@ -144,7 +144,7 @@ impl Docks {
         around.set_emitters(false);
     }
 
-    /// Closes the power switch of `dock`, or opens it.
+    /// Closes the power switch of `dock`, or opens it. The client is told of one that stays open for now.
     pub fn set_power(&mut self, dock: Dock, is_on: bool, client: TaskCode, around: &mut impl Surroundings) {
         let is_allowed = self.allowance.neighbours();
         let Some(devices) = self.devices(dock) else { return };
@@ -155,6 +155,9 @@ impl Docks {
             devices.switch.open();
         }
         around.set_power(dock, devices.switch.is_closed());
+        if devices.switch == Switch::Shed {
+            devices.tell_switch(client, around);
+        }
     }
 
     /// Reports the switches that the board has opened.
@@ -163,7 +166,7 @@ impl Docks {
         for (place, devices) in (0..).zip(&mut self.docks) {
             if tripped >> place & 1 != 0 && devices.switch.trip() {
                 around.set_power(devices.dock, false);
-                devices.tell_switch(around);
+                devices.tell_switch(TaskCode::HORMONE, around);
             }
         }
     }
@@ -174,7 +177,7 @@ impl Docks {
         for devices in &mut self.docks {
             if devices.switch.allow(allowance.neighbours()) {
                 around.set_power(devices.dock, devices.switch.is_closed());
-                devices.tell_switch(around);
+                devices.tell_switch(TaskCode::HORMONE, around);
             }
             if !allowance.docking() && devices.motor.is_running() {
                 devices.motor.stop();
@@ -290,9 +293,9 @@ impl Devices {
         around.report(TaskCode::dock(self.dock), self.client, Report::Lost(self.dock));
     }
 
-    fn tell_switch(&self, around: &mut impl Surroundings) {
+    fn tell_switch(&self, client: TaskCode, around: &mut impl Surroundings) {
         let report = Report::Switch(self.dock, self.switch);
-        around.report(TaskCode::dock(self.dock), TaskCode::HORMONE, report);
+        around.report(TaskCode::dock(self.dock), client, report);
     }
 }
 

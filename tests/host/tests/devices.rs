@@ -784,7 +784,7 @@ fn an_emptying_battery_sheds_one_load_after_the_other_and_takes_them_up_again() 
         assert_eq!(client.world().powered, [false; 3]);
         // A switch that is closed now waits for power.
         client.ask(Request::Power { dock: Dock::Down, is_on: true });
-        client.within(10);
+        assert_eq!(client.reports(10), [Report::Switch(Dock::Down, Switch::Shed)]);
         assert_eq!(client.world().powered, [false; 3]);
 
         // A moving latch stops where it is.
