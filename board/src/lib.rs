@@ -25,7 +25,8 @@
 //! model of the ATmega328P or the ATmega2560.
 //!
 //! Devices exist on the AVR only. The modules that decide without touching a device, [`twi::engine`],
-//! [`twi::transaction`], [`soft_uart::decoder`] and [`soft_uart::encoder`], are tested on the host.
+//! [`twi::transaction`], [`soft_uart::decoder`], [`soft_uart::encoder`] and the inbox of serial lines, are
+//! tested on the host.
 
 #![no_std]
 #![cfg_attr(target_arch = "avr", feature(asm_experimental_arch))]
@@ -69,6 +70,9 @@ pub mod eeprom;
 pub mod gpio;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 mod guarded;
+#[cfg(all(test, not(target_arch = "avr")))]
+#[path = "serial/inbox.rs"]
+mod inbox;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]
 pub mod input;
 #[cfg(all(target_arch = "avr", feature = "atmega128"))]

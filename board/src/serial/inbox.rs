@@ -157,3 +157,153 @@ impl Inbox {
         self.wakes_at.set(masked, if is_on { 1 } else { HALF });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use kernel::{Priority, Stack, host};
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    /// A tick near the end of the clock's range.
+    const NOW: Ticks = 65_535;
+
+    /// Lets a task do something with an empty inbox.
+    fn with(body: fn(&mut Task, &Inbox)) {
+        let stack: &'static Stack<96> = Box::leak(Box::new(Stack::new()));
+        host::run_for(
+            1,
+            move |boot| {
+                let run = move |task: &mut Task| {
+                    body(task, &Inbox::new());
+                    loop {
+                        task.delay(kernel::LONGEST);
+                    }
+                };
+                stack.start(boot, Priority::P0, run).expect("the stack is free");
+            },
+            |_, _| {},
+        );
+    }
+
+    /// Stores bytes at `now`. Returns for which of them, by their places, the task is woken.
+    fn store(task: &mut Task, inbox: &Inbox, now: Ticks, bytes: &[u8]) -> Vec<usize> {
+        let store = |byte: &u8| task.mask(|masked| inbox.store(masked, now, *byte));
+        bytes.iter().map(store).enumerate().filter_map(|(place, wakes)| wakes.then_some(place)).collect()
+    }
+
+    /// Takes bytes up to a zero. Returns them, and whether there was one.
+    fn frame(task: &mut Task, inbox: &Inbox, content: Content) -> (Vec<u8>, bool) {
+        let mut bytes = Vec::new();
+        let is_whole = inbox.drain(task, content, |byte| {
+            bytes.push(byte);
+            byte == 0
+        });
+        (bytes, is_whole)
+    }
+
+    fn lost(task: &mut Task, inbox: &Inbox) -> u16 {
+        task.mask(|masked| inbox.lost(masked))
+    }
+
+    #[test]
+    fn frames_come_out_one_by_one_however_often_the_ring_goes_round() {
+        with(|task, inbox| {
+            for round in 0..100 {
+                let woken = store(task, inbox, NOW, &[round | 1, 2, 0, 4, 0, 6]);
+                assert_eq!(woken, [2, 4]);
+                assert_eq!(frame(task, inbox, Content::Frames), (Vec::from([round | 1, 2, 0]), true));
+                assert_eq!(frame(task, inbox, Content::Frames), (Vec::from([4, 0]), true));
+                assert_eq!(frame(task, inbox, Content::Frames), (Vec::from([6]), false));
+                assert_eq!(frame(task, inbox, Content::Frames), (Vec::new(), false));
+                assert_eq!(lost(task, inbox), 0);
+            }
+        });
+    }
+
+    #[test]
+    fn the_task_is_woken_when_the_ring_is_half_full_or_at_the_first_byte() {
+        with(|task, inbox| {
+            assert_eq!(store(task, inbox, NOW, &[7; 20]), [usize::from(HALF) - 1]);
+            frame(task, inbox, Content::Stream);
+            task.mask(|masked| inbox.wake_at_first(masked, true));
+            assert_eq!(store(task, inbox, NOW, &[7; 20]), [0]);
+            frame(task, inbox, Content::Stream);
+            task.mask(|masked| inbox.wake_at_first(masked, false));
+            assert_eq!(store(task, inbox, NOW, &[7; 20]), [usize::from(HALF) - 1]);
+        });
+    }
+
+    #[test]
+    fn what_finds_no_space_is_counted_and_leaves_the_rest_as_it_is() {
+        with(|task, inbox| {
+            let bytes: Vec<u8> = (1..=SLOTS as u8 + 2).collect();
+            // The task is also woken for each that is lost.
+            assert_eq!(store(task, inbox, NOW, &bytes), [15, 31, 32, 33]);
+            assert_eq!(lost(task, inbox), 3);
+            assert_eq!(frame(task, inbox, Content::Stream), (bytes[..SLOTS - 1].into(), false));
+            store(task, inbox, NOW, &[9, 0]);
+            assert_eq!(frame(task, inbox, Content::Stream), (Vec::from([9, 0]), true));
+            task.mask(|masked| inbox.lose(masked));
+            assert_eq!(lost(task, inbox), 4);
+        });
+    }
+
+    #[test]
+    fn a_frame_is_cut_off_by_a_pause() {
+        with(|task, inbox| {
+            let state = |task: &mut Task, late: u8| {
+                let now = NOW.wrapping_add(late.into());
+                task.mask(|masked| (inbox.is_in_frame(masked, now), inbox.is_cut_off(masked, now)))
+            };
+            assert_eq!(state(task, 0), (false, false), "none has begun");
+            store(task, inbox, NOW, &[1]);
+            assert_eq!([0, PAUSE].map(|late| state(task, late)), [(true, false); 2]);
+            assert_eq!([PAUSE + 1, 255].map(|late| state(task, late)), [(false, true); 2]);
+            store(task, inbox, NOW, &[0]);
+            assert_eq!([0, PAUSE + 1].map(|late| state(task, late)), [(false, false); 2]);
+        });
+    }
+
+    #[test]
+    fn a_frame_that_follows_one_without_an_end_is_kept_apart() {
+        with(|task, inbox| {
+            let mut later = NOW;
+            for place in 0..2 * SLOTS {
+                store(task, inbox, later, &[1, 2]);
+                later = later.wrapping_add(Ticks::from(PAUSE) + 1);
+                store(task, inbox, later, &[3]);
+                // Within the second frame there is no pause.
+                store(task, inbox, later.wrapping_add(PAUSE.into()), &[0]);
+                assert_eq!(frame(task, inbox, Content::Frames), (Vec::from([1, 2, 0]), true), "{place}");
+                assert_eq!(frame(task, inbox, Content::Frames), (Vec::from([3, 0]), true), "{place}");
+                assert_eq!(frame(task, inbox, Content::Frames), (Vec::new(), false), "{place}");
+                // A byte more, so that frames begin at every slot.
+                later = later.wrapping_add(10);
+                store(task, inbox, later, &[0]);
+                assert_eq!(frame(task, inbox, Content::Frames), (Vec::from([0]), true), "{place}");
+            }
+        });
+    }
+
+    #[test]
+    fn a_stream_may_pause_and_what_began_a_frame_is_forgotten_with_its_byte() {
+        with(|task, inbox| {
+            store(task, inbox, NOW, &[1]);
+            store(task, inbox, NOW.wrapping_add(10), &[2, 0]);
+            assert_eq!(frame(task, inbox, Content::Stream), (Vec::from([1, 2, 0]), true));
+            // Once round the ring: the slot has nothing to say of what lies there now.
+            for _ in 0..SLOTS {
+                store(task, inbox, NOW, &[0]);
+                assert_eq!(frame(task, inbox, Content::Frames), (Vec::from([0]), true));
+            }
+            task.mask(|masked| {
+                inbox.begins_anew_at.set(masked, 5);
+                inbox.forget_beginning(masked, 4);
+                assert_eq!(inbox.begins_anew_at.get(masked), 5, "another frame has begun since");
+            });
+        });
+    }
+}
