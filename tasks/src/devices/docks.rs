@@ -99,7 +99,8 @@ impl Docks {
 
     /// Searches for the neighbour's dock in front of `dock`, and latches. If `dock` does not come near enough
     /// for that, it stays where it came nearest. A latch that is closed already stays so if it has hold of a
-    /// dock; if it has closed on nothing, it opens for the next time. A latch that moves goes on instead.
+    /// dock; if it has closed on nothing, it opens for the next time. A latch that moves goes on instead, and
+    /// so does a search for the same dock: else one that is asked for again and again would never end.
     /// Refused as [`latch`](Self::latch) is, and while the position of the joint is not known.
     pub fn approach(&mut self, dock: Dock, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
@@ -108,7 +109,7 @@ impl Docks {
             return refuse(dock, client, around);
         };
         devices.client = client;
-        if devices.motor.is_running() {
+        if devices.motor.is_running() || self.search.is_some() {
             return;
         }
         let was_latched = around.end_switches(dock).is_latched;

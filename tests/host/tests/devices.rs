@@ -639,6 +639,23 @@ fn a_joint_that_a_search_has_left_somewhere_gives_way_and_tells_nobody() {
     });
 }
 
+/// A client that has got no answer asks again, and a search takes longer than a client may wait.
+#[test]
+fn a_search_that_is_asked_for_again_goes_on() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        client.world().before = Some((Dock::Back, 14.0, 8.0));
+        let told: Vec<Report> = (0..20)
+            .flat_map(|_| {
+                client.ask(Request::Approach(Dock::Back));
+                client.reports(500)
+            })
+            .collect();
+        assert!(told.contains(&Report::Lost(Dock::Back)), "{told:?}");
+    });
+}
+
 /// Hooks that hold each other move together, and docks that have met reflect most.
 #[test]
 fn a_search_ends_once_the_other_dock_has_latched() {
