@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::fs::{PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 const X: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../x");
 
@@ -250,6 +250,29 @@ fn a_cargo_that_is_too_old_is_told() {
         write_program(&programs.join("cargo"), other);
         assert_eq!(said(x_set_up(&here, &["setup"], &programs)), (Some(0), String::new()), "{other}");
     }
+}
+
+/// Two that wrote into one folder would take each other's files away.
+#[test]
+fn what_two_want_is_fetched_once() {
+    let folder = folder("fetch");
+    let programs = set_up_for(&folder, "exit 0");
+    let path = std::env::var("PATH").expect("there is one");
+    let to = "while [ $1 != --dest ]; do shift; done; mkdir -p $2 && >$2/it.whl";
+    let pip = format!("[ $3 = download ] || exit 0; {to} && echo fetched >&2 && sleep 1");
+    write_program(&programs.join("python3"), &pip);
+    let unzip = "for to; do case $to in *.so.*) library=$to; esac; done; mkdir $to/mujoco && >$to/$library";
+    write_program(&programs.join("unzip"), unzip);
+    let here = copy(&folder, "here");
+    let start = || {
+        let mut command = x_set_up(&here, &["setup"], &programs);
+        command.env_remove("SUPERBOT_MUJOCO").env("PATH", format!("{}:{path}", programs.display()));
+        command.stderr(Stdio::piped()).spawn().expect("bash is there")
+    };
+    let two = [start(), start()].map(|it| it.wait_with_output().expect("it ends"));
+    let texts = two.each_ref().map(|it| String::from_utf8_lossy(&it.stderr));
+    assert!(two.iter().all(|it| it.status.success()), "{texts:?}");
+    assert_eq!(texts.iter().filter(|text| text.contains("fetched")).count(), 1, "{texts:?}");
 }
 
 /// As [`x`], with everything set up.
