@@ -8,6 +8,10 @@ use std::process::ExitCode;
 
 use stack_bound::{Annotations, Image, stacks};
 
+const USAGE: &str = "usage: superbot-stack-bound IMAGE [NOTES]
+Prints how many bytes of each stack the program in the ELF file IMAGE needs at most. NOTES is a file that says
+where indirect calls lead, and how much recursion uses.";
+
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
     match run(&arguments) {
@@ -21,9 +25,13 @@ fn main() -> ExitCode {
 
 fn run(arguments: &[OsString]) -> Result<ExitCode, Box<dyn Error>> {
     let (path, notes) = match arguments {
+        [help] if help == "--help" || help == "-h" => {
+            writeln!(std::io::stdout(), "{USAGE}")?;
+            return Ok(ExitCode::SUCCESS);
+        }
         [image] => (image, None),
         [image, notes] => (image, Some(notes)),
-        _ => return Err("usage: superbot-stack-bound IMAGE [NOTES]".into()),
+        _ => return Err(USAGE.into()),
     };
     let image = Image::load(path)?;
     let annotations = match notes {

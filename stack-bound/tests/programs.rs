@@ -149,6 +149,18 @@ fn the_program_fails_when_a_stack_is_too_small() {
 }
 
 #[test]
+fn the_program_says_how_it_is_used() {
+    let run = |arguments: &[&str]| {
+        Command::new(env!("CARGO_BIN_EXE_superbot-stack-bound")).args(arguments).output().expect("it runs")
+    };
+    let (asked, wrong) = (run(&["--help"]), run(&[]));
+    assert_eq!((asked.status.code(), wrong.status.code()), (Some(0), Some(1)));
+    for text in [asked.stdout, wrong.stderr] {
+        assert!(String::from_utf8_lossy(&text).contains("usage: superbot-stack-bound IMAGE [NOTES]"));
+    }
+}
+
+#[test]
 fn recursion_is_named_until_it_is_noted() {
     let image = build("recursion.c", "atmega128");
     let problems = problems(&image);

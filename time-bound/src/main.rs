@@ -12,6 +12,11 @@ use serde::Serialize;
 use stack_bound::{Annotations, Image};
 use time_bound::{Bounds, Costs, Interrupt, Job, Notes, Releases, Responses, Task};
 
+const USAGE: &str = "usage: superbot-time-bound IMAGE NOTES LOOPS [RELEASES...] [--json]
+Prints how long each interrupt of the program in the ELF file IMAGE takes and masks the others, in cycles. The
+file NOTES is as for superbot-stack-bound, and LOOPS says how often loops go round. With RELEASES, which list
+how often events come, prints how soon tasks respond.";
+
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();
     match run(&arguments) {
@@ -28,8 +33,14 @@ fn run(arguments: &[OsString]) -> Result<ExitCode, Box<dyn Error>> {
         [files @ .., option] if option == "--json" => (files, true),
         files => (files, false),
     };
+    if let [help] = files
+        && (help == "--help" || help == "-h")
+    {
+        writeln!(std::io::stdout(), "{USAGE}")?;
+        return Ok(ExitCode::SUCCESS);
+    }
     let [path, notes, loops, releases @ ..] = files else {
-        return Err("usage: superbot-time-bound IMAGE NOTES LOOPS [RELEASES...] [--json]".into());
+        return Err(USAGE.into());
     };
     let image = Image::load(path)?;
     let annotations =

@@ -262,7 +262,9 @@ fn the_program_prints_a_table_or_json_and_fails_without_a_bound() {
     let missing = run(&[&elf, &none, Path::new("/nowhere")]);
     let errors = String::from_utf8(missing.stderr).expect("text");
     assert!(missing.status.code() == Some(1) && errors.contains("cannot read /nowhere"), "{errors}");
-    assert!(
-        String::from_utf8_lossy(&run(&[]).stderr).contains("usage: superbot-time-bound IMAGE NOTES LOOPS")
-    );
+    let asked = run(&[Path::new("--help")]);
+    assert!(asked.status.success());
+    for usage in [asked.stdout, run(&[]).stderr] {
+        assert!(String::from_utf8_lossy(&usage).contains("usage: superbot-time-bound IMAGE NOTES LOOPS"));
+    }
 }
