@@ -144,6 +144,16 @@ fn a_toolchain_that_is_not_there_is_named() {
 }
 
 #[test]
+fn a_folder_without_mujoco_is_named() {
+    let folder = folder("mujoco");
+    let programs = set_up_for(&folder, "exit 0");
+    let mut command = x_set_up(&copy(&folder, "here"), &["setup"], &programs);
+    command.env("SUPERBOT_MUJOCO", &folder);
+    let why = format!("x: SUPERBOT_MUJOCO names {}, which has no {}\n", folder.display(), mujoco());
+    assert_eq!(said(command), (Some(1), why));
+}
+
+#[test]
 fn a_blank_in_a_path_is_refused_wherever_it_is_called_from() {
     let folder = folder("blank");
     let (status, text) = said(x(copy(&folder, "a blank"), &["setup"]));
@@ -204,7 +214,15 @@ fn set_up_for(folder: &Path, cargo: &str) -> PathBuf {
         let place = places.into_iter().find(|place| place.exists()).expect("it is there");
         symlink(place, programs.join(name)).expect("a link can be made");
     }
+    fs::write(programs.join(mujoco()), "").expect("a file can be written");
     programs
+}
+
+/// The name of MuJoCo's library, of the version that `x` pins.
+fn mujoco() -> String {
+    let text = fs::read_to_string(X).expect("x is there");
+    let version = text.lines().find_map(|line| line.strip_prefix("mujoco_version="));
+    format!("libmujoco.so.{}", version.expect("x pins it"))
 }
 
 /// The environment is that of a shell that was started before rustup put its folder into the path.
@@ -227,7 +245,7 @@ fn cargo_is_found_in_its_own_folder_by_all_that_call_it() {
         command.env("PATH", &programs).env("CARGO_HOME", folder.join("home"));
         command
             .env("SUPERBOT_AVR_CARGO", "cargo")
-            .env("SUPERBOT_MUJOCO", "there")
+            .env("SUPERBOT_MUJOCO", &programs)
             .env("LIBCLANG_PATH", "there");
         let (_, text) = said(command);
         assert!(text.contains(&format!("{calls} is called")), "{arguments:?}: {text}");
@@ -279,7 +297,7 @@ fn what_two_want_is_fetched_once() {
 fn x_set_up(path: &Path, arguments: &[&str], programs: &Path) -> Command {
     let mut command = x(path, arguments);
     command.env("PATH", programs).env("SUPERBOT_AVR_CARGO", "cargo");
-    command.env("SUPERBOT_MUJOCO", "there").env("LIBCLANG_PATH", "there");
+    command.env("SUPERBOT_MUJOCO", programs).env("LIBCLANG_PATH", "there");
     command
 }
 
