@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use serde::Serialize;
 use simavr_harness::Variation;
+use simavr_harness::bench::FIGURES;
 use simulation::Shape;
 
 use super::mcu_name::McuName;
@@ -210,7 +211,7 @@ pub struct Bench {
     pub json: Option<PathBuf>,
 
     /// Instead of the table, print what makes up one figure: cycles by instruction, flash by function.
-    #[arg(long, value_name = "FIGURE", conflicts_with = "json")]
+    #[arg(long, value_name = "FIGURE", conflicts_with = "json", value_parser = figure)]
     pub listing: Option<String>,
 
     /// Instead of the table, print each place where a test image masks interrupts, with the most cycles that
@@ -319,6 +320,14 @@ fn probability(text: &str) -> Result<f64, String> {
         Ok(probability) if (0.0..=1.0).contains(&probability) => Ok(f64::abs(probability)),
         _ => Err("give a probability from 0 to 1".into()),
     }
+}
+
+fn figure(name: &str) -> Result<String, String> {
+    let names = FIGURES.map(|figure| figure.name);
+    if names.contains(&name) {
+        return Ok(name.into());
+    }
+    Err(format!("there is no such figure: give one of {}", names.join(", ")))
 }
 
 /// Rounds seconds down to a value for an option.

@@ -523,6 +523,12 @@ fn flash_is_listed_function_by_function() {
     assert_refused(&run(&["bench", "--listing", "task_bytes"]), "counts neither cycles nor flash");
 }
 
+/// `./x bench` asks for the help before it builds the test images, which takes minutes.
+#[test]
+fn a_figure_that_is_none_is_refused_before_anything_is_measured() {
+    assert_refused(&run(&["bench", "--listing", "yield_cycle", "--help"]), "there is no such figure");
+}
+
 #[test]
 fn what_tasks_and_one_loop_are_not_measured_on_is_told() {
     assert_refused(
