@@ -414,16 +414,75 @@ fn who_has_a_mutex_is_left_alone() {
 }
 
 #[test]
+fn who_waits_for_a_mutex_is_left_alone_until_it_has_had_it() {
+    static HOLDER: Stack<0> = Stack::new();
+    static WAITER: Stack<0> = Stack::new();
+    static HIGH: Stack<0> = Stack::new();
+    static WAKE: [Semaphore; 2] = [const { Semaphore::new(0) }; 2];
+    static VALUE: Mutex<u8> = Mutex::new(Priority::P4, 0);
+    static LOG: Log = Log::new();
+    host::run_for(
+        1,
+        |boot| {
+            HIGH.start(boot, Priority::P1, |task| {
+                for expected in [Err(Refused::Busy), Err(Refused::Busy), Ok(())] {
+                    WAKE[1].wait(task);
+                    assert_eq!(WAITER.task().suspend(task), expected);
+                    assert_eq!(WAITER.task().set_priority(task, Priority::P5), expected);
+                    assert_eq!(WAITER.task().kill(task), expected);
+                    LOG.note("tried");
+                }
+                forever(task)
+            })
+            .unwrap();
+            // It is above the ceiling, so it has to wait.
+            WAITER
+                .start(boot, Priority::P2, |task| {
+                    WAKE[0].wait(task);
+                    LOG.note("waits");
+                    VALUE.with(task, |_| {
+                        LOG.note("has it");
+                        host::interrupt(|interrupt| WAKE[1].post(interrupt));
+                    });
+                    WAKE[1].post(task);
+                    unreachable!("it is killed")
+                })
+                .unwrap();
+            HOLDER
+                .start(boot, Priority::P6, |task| {
+                    VALUE.with(task, |_| {
+                        host::interrupt(|interrupt| WAKE[0].post(interrupt));
+                        host::interrupt(|interrupt| WAKE[1].post(interrupt));
+                    });
+                    forever(task)
+                })
+                .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["waits", "tried", "has it", "tried", "tried"]);
+}
+
+#[test]
 fn a_guard_that_is_forgotten_keeps_its_mutex_and_does_no_other_harm() {
     static FORGETFUL: Stack<0> = Stack::new();
     static OTHER: Stack<0> = Stack::new();
+    static HIGH: Stack<0> = Stack::new();
     static WAKE: Semaphore = Semaphore::new(0);
+    static WAKE_HIGH: Semaphore = Semaphore::new(0);
     static KEPT: Mutex<u8> = Mutex::new(Priority::P1, 0);
     static ANOTHER: Mutex<u8> = Mutex::new(Priority::P2, 0);
     static LOG: Log = Log::new();
     host::run_for(
         9,
         |boot| {
+            HIGH.start(boot, Priority::P0, |task| {
+                WAKE_HIGH.wait(task);
+                assert_eq!(FORGETFUL.task().kill(task), Err(Refused::Busy));
+                LOG.note("it has another");
+                forever(task)
+            })
+            .unwrap();
             OTHER
                 .start(boot, Priority::P3, |task| {
                     WAKE.wait(task);
@@ -446,7 +505,7 @@ fn a_guard_that_is_forgotten_keeps_its_mutex_and_does_no_other_harm() {
                     task.delay(1);
                     LOG.note("at the ceiling again");
                     task.delay(4);
-                    *ANOTHER.lock(task) += 1;
+                    ANOTHER.with(task, |_| host::interrupt(|interrupt| WAKE_HIGH.post(interrupt)));
                     WAKE.post(task);
                     unreachable!("it is at its own priority again, and killed")
                 })
@@ -454,7 +513,14 @@ fn a_guard_that_is_forgotten_keeps_its_mutex_and_does_no_other_harm() {
         },
         |_, _| {},
     );
-    LOG.expect(&["at the ceiling", "other runs", "at the ceiling again", "other runs again", "it is kept"]);
+    LOG.expect(&[
+        "at the ceiling",
+        "other runs",
+        "at the ceiling again",
+        "it has another",
+        "other runs again",
+        "it is kept",
+    ]);
 }
 
 fn forever(task: &mut Task) -> kernel::Never {
