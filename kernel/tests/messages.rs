@@ -242,3 +242,45 @@ fn what_is_in_a_queue_that_is_dropped_goes_back_to_its_pool() {
         |_, _| {},
     );
 }
+
+/// The signal that woke it is lost with it: docs/kernel.md, "Suspend, resume, end".
+#[test]
+fn what_has_woken_a_task_that_is_killed_stays_behind() {
+    struct Reading(u8);
+    kernel::pool!(Reading, 2);
+    static READINGS: Queue<Reading> = Queue::new(2);
+    static TYPED: Pipe<2> = Pipe::new();
+    static SCREEN: Pipe<2> = Pipe::new();
+    static TASKS: [Stack<0>; 3] = [const { Stack::new() }; 3];
+    static BOSS: Stack<0> = Stack::new();
+    static LOG: Log = Log::new();
+    fn send(task: &mut Task, value: u8) {
+        let message = Message::new(task, Reading(value)).unwrap_or_else(|_| panic!("the pool has room"));
+        assert!(READINGS.send(task, message).is_ok());
+    }
+    let start = |boot: &mut Boot| {
+        let [receiver, taker, putter] = &TASKS;
+        receiver.start(boot, Priority::P5, |task| READINGS.receive(task).0).unwrap();
+        taker.start(boot, Priority::P5, |task| TYPED.take(task)).unwrap();
+        putter.start(boot, Priority::P5, |task| (0..3).for_each(|byte| SCREEN.put(task, byte))).unwrap();
+        let boss = |task: &mut Task| {
+            task.delay(1); // all three wait
+            send(task, 1);
+            assert!(TYPED.try_put(task, 1));
+            assert_eq!(SCREEN.try_take(task), Some(0));
+            for stack in &TASKS {
+                stack.task().kill(task).unwrap();
+            }
+            assert!(READINGS.try_receive(task).is_none() && TYPED.try_take(task).is_none());
+            send(task, 2);
+            assert!(TYPED.try_put(task, 2));
+            assert_eq!(READINGS.try_receive(task).map(|reading| reading.0), Some(1));
+            assert_eq!(TYPED.try_take(task), Some(1));
+            assert!(!SCREEN.try_put(task, 3) && SCREEN.space(task) == 1);
+            LOG.note("done");
+        };
+        BOSS.start(boot, Priority::P3, boss).unwrap();
+    };
+    host::run_for(2, start, |_, _| {});
+    LOG.expect(&["done"]);
+}
