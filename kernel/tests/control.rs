@@ -208,12 +208,13 @@ fn a_killed_task_leaves_every_list_and_its_stack_is_free() {
     static OTHER: Stack<0> = Stack::new();
     static BOSS: Stack<0> = Stack::new();
     static SHARED: Semaphore = Semaphore::new(0);
+    static QUIET: Semaphore = Semaphore::new(0);
     host::run_for(
         20,
         |boot| {
             VICTIM
                 .start(boot, Priority::P3, |task| {
-                    SHARED.wait_timeout(task, 5).unwrap();
+                    task.wait_any_timeout([&SHARED, &QUIET], 5).unwrap();
                     unreachable!("it was killed")
                 })
                 .unwrap();
@@ -242,13 +243,16 @@ fn a_killed_task_leaves_every_list_and_its_stack_is_free() {
                     })
                     .unwrap();
                 LOG.note("boss");
+                QUIET.post(task);
+                assert!(QUIET.try_wait(task), "nothing of the killed task takes the signal");
+                LOG.note("a signal is kept");
                 forever(task)
             })
             .unwrap();
         },
         |_, _| {},
     );
-    LOG.expect(&["other", "anew", "boss"]);
+    LOG.expect(&["other", "anew", "boss", "a signal is kept"]);
 }
 
 #[test]
@@ -500,6 +504,8 @@ fn a_guard_that_is_forgotten_keeps_its_mutex_and_does_no_other_harm() {
             FORGETFUL
                 .start(boot, Priority::P5, |task| {
                     std::mem::forget(KEPT.lock(task));
+                    assert_eq!(FORGETFUL.task().suspend(task), Err(Refused::Busy));
+                    assert_eq!(FORGETFUL.task().kill(task), Err(Refused::Busy));
                     WAKE.post(task);
                     LOG.note("at the ceiling");
                     task.delay(1);

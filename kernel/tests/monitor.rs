@@ -220,6 +220,10 @@ fn tasks_are_steered(fake: &mut Fake) {
     assert_eq!(fake.steps, 0);
     assert_eq!(fake.says("n READY"), registers);
     assert_eq!(fake.steps, 1);
+    // A PC in the upper 64 KB of the flash, and RAMPZ in the saved SREG.
+    fake.memory[0x421] |= 0x80;
+    fake.memory[0x41d] |= 0x80;
+    assert_eq!(fake.says("x READY"), registers.replace("pc 00", "pc 01"));
     assert_eq!(fake.says("g READY"), "done\r\n");
     assert_eq!(READY.task().state(fake.task), TaskState::Ready);
     assert_eq!(fake.says("k WAITER"), "done\r\n");
