@@ -370,6 +370,7 @@ fn a_task_whose_body_returns_can_be_started_again() {
                         task.yield_now();
                     };
                     assert_eq!(SHORT.start(task, Priority::P3, body), Ok(()));
+                    assert_eq!(SHORT.task().priority(task), Priority::P0, "none is started");
                 }
                 let low = |_: &mut kernel::Task| {};
                 assert_eq!(SHORT.start(task, Priority::P6, low), Ok(()));
@@ -619,6 +620,37 @@ fn a_task_that_is_being_started_is_none_yet_to_others() {
 }
 
 #[test]
+fn a_stack_that_an_interrupt_takes_while_a_task_is_started_on_it_holds_one() {
+    for section in 1..6 {
+        let [shared, starter] = [(); 2].map(|()| leak(Stack::<0>::new()));
+        let log = leak(Log::new());
+        let note = move |what: &'static str| {
+            move |task: &mut Task| {
+                log.note(what);
+                forever(task)
+            }
+        };
+        let start = move |task: &mut Task| {
+            let of_interrupt = move |interrupt: &mut Interrupt| {
+                if shared.start(interrupt, Priority::P6, note("runs")).is_ok() {
+                    log.note("by the interrupt");
+                }
+            };
+            if host::interrupted(section, of_interrupt, || shared.start(task, Priority::P6, note("runs")))
+                .is_ok()
+            {
+                log.note("by the task");
+            }
+            forever(task)
+        };
+        host::run_for(1, |boot| starter.start(boot, Priority::P5, start).unwrap(), |_, _| {});
+        // The second section of the start takes the stack.
+        let by = if section == 1 { "by the interrupt" } else { "by the task" };
+        log.expect(&[by, "runs"]);
+    }
+}
+
+#[test]
 fn who_kills_another_task_is_not_killed_before_that_is_done() {
     static REFUSED: AtomicBool = AtomicBool::new(false);
     for sections in 1..20 {
@@ -807,14 +839,20 @@ fn single_steps_get_past_the_setting_of_flags_though_another_task_waits_for_othe
             stepped.start(boot, Priority::P3, body).unwrap();
             let body = |task: &mut Task| {
                 let is_past = || IS_PAST.load(Ordering::Relaxed);
-                let steps = (0..100).take_while(|_| !is_past() && stepped.task().step(task, |_| {}).is_ok());
-                let steps = steps.count();
-                LOG.note(format!("past it: {}, in few steps: {}", is_past(), steps < 10));
+                let mut ends_there = false;
+                let steps = (0..100).take_while(|_| {
+                    let is_made = !is_past() && stepped.task().step(task, |_| {}).is_ok();
+                    ends_there |= FLAGS.take(task, 1) != 0 && !is_past();
+                    is_made
+                });
+                let is_few = steps.count() < 10;
+                LOG.note(format!("past it: {}, in few steps: {is_few}", is_past()));
+                LOG.note(format!("a step ends there: {ends_there}"));
                 forever(task)
             };
             boss.start(boot, Priority::P4, body).unwrap();
         },
         |_, _| {},
     );
-    LOG.expect(&["past it: true, in few steps: true"]);
+    LOG.expect(&["past it: true, in few steps: true", "a step ends there: true"]);
 }

@@ -201,6 +201,31 @@ fn events_wake_who_waits_for_any_or_for_all() {
 }
 
 #[test]
+fn who_sets_flags_lets_a_higher_task_that_waits_for_them_run_at_once() {
+    static LOG: Log = Log::new();
+    static FLAGS: EventFlags = EventFlags::new();
+    static HIGH: Stack<0> = Stack::new();
+    static LOW: Stack<0> = Stack::new();
+    host::run_for(
+        0,
+        |boot| {
+            HIGH.start(boot, Priority::P1, |task| {
+                FLAGS.wait_all(task, 1);
+                LOG.note("high");
+            })
+            .unwrap();
+            LOW.start(boot, Priority::P2, |task| {
+                FLAGS.set(task, 1);
+                LOG.note("low");
+            })
+            .unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["high", "low"]);
+}
+
+#[test]
 fn changes_of_other_flags_do_not_shorten_a_timeout() {
     static LOG: Log = Log::new();
     static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
