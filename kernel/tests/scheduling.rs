@@ -35,6 +35,35 @@ fn the_higher_task_runs_first_and_a_post_wakes_it_at_once() {
 }
 
 #[test]
+fn a_task_of_each_priority_gives_way_to_each_higher_one() {
+    use Priority::*;
+    static HIGH: Stack<0> = Stack::new();
+    static LOW: Stack<0> = Stack::new();
+    static GO: Semaphore = Semaphore::new(0);
+    let priorities = [P0, P1, P2, P3, P4, P5, P6, P7];
+    for (low, high) in (1..8).flat_map(|low| (0..low).map(move |high| (low, high))) {
+        let log: &Log = Box::leak(Box::new(Log::new()));
+        host::run_for(
+            0,
+            |boot| {
+                HIGH.start(boot, priorities[high], move |task| {
+                    GO.wait(task); // the other task is found
+                    log.note("high");
+                })
+                .unwrap();
+                LOW.start(boot, priorities[low], move |task| {
+                    GO.post(task);
+                    log.note("low");
+                })
+                .unwrap();
+            },
+            |_, _| {},
+        );
+        log.expect(&["high", "low"]);
+    }
+}
+
+#[test]
 fn a_post_in_a_loop_wakes_and_counts_as_any_does() {
     static LOG: Log = Log::new();
     static HIGH: Stack<0> = Stack::new();
