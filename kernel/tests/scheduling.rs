@@ -304,6 +304,38 @@ fn work_on_a_mutex_is_not_preempted_and_what_it_held_up_runs_after_it() {
 }
 
 #[test]
+fn work_on_a_mutex_goes_on_before_an_equal_once_a_task_above_the_ceiling_has_run() {
+    static LOG: Log = Log::new();
+    static STACKS: [Stack<0>; 3] = [const { Stack::new() }; 3];
+    static WAKE: Semaphore = Semaphore::new(0);
+    static VALUE: Mutex<()> = Mutex::new(Priority::P3, ());
+    host::run_for(
+        1,
+        |boot| {
+            let [above, works, equal] = &STACKS;
+            above
+                .start(boot, Priority::P1, |task| {
+                    WAKE.wait(task);
+                    LOG.note("above");
+                })
+                .unwrap();
+            works
+                .start(boot, Priority::P5, |task| {
+                    VALUE.with(task, |()| {
+                        host::interrupt(|interrupt| WAKE.post(interrupt));
+                        LOG.note("works on");
+                    });
+                    LOG.note("is done");
+                })
+                .unwrap();
+            equal.start(boot, Priority::P5, |_| LOG.note("equal")).unwrap();
+        },
+        |_, _| {},
+    );
+    LOG.expect(&["above", "works on", "is done", "equal"]);
+}
+
+#[test]
 fn whoever_is_woken_while_a_ceiling_is_left_runs_in_its_turn() {
     // One for each critical section of the call.
     for section in 1..=3 {
