@@ -160,7 +160,7 @@ mod tests {
     use std::sync::atomic::{AtomicBool, AtomicU16, Ordering::Relaxed};
     use std::vec::Vec;
 
-    use super::{AHEAD, COUNTED, TickTimer, tick};
+    use super::{AHEAD, COUNTED, TickTimer, tick, whole_ticks};
     use crate::critical::Masked;
     use crate::timer::TICKS;
     use crate::{Context, Interrupt, Priority, Semaphore, Stack, host};
@@ -238,6 +238,14 @@ mod tests {
         });
         // An interrupt that is so late counts two ticks or more, so the delay is over each time.
         assert!(woken[260..].iter().all(|&woken| woken), "{woken:?}");
+    }
+
+    #[test]
+    fn whole_ticks_are_those_of_a_division() {
+        for counts in 0..=u16::MAX {
+            assert_eq!(whole_ticks::<Timer>(counts, 249), (counts / Timer::COUNTS).min(249), "{counts}");
+            assert_eq!(whole_ticks::<SlowCpu>(counts, 200), (counts / SlowCpu::COUNTS).min(200), "{counts}");
+        }
     }
 
     static SLOW_COUNTER: AtomicU16 = AtomicU16::new(0);

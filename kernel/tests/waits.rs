@@ -226,6 +226,41 @@ fn who_sets_flags_lets_a_higher_task_that_waits_for_them_run_at_once() {
 }
 
 #[test]
+fn flags_that_are_set_as_a_wait_begins_end_it_though_another_task_waits_for_others() {
+    static FLAGS: EventFlags = EventFlags::new();
+    let waits: [fn(&mut Task) -> u8; 4] = [
+        |task| FLAGS.wait_any(task, 1),
+        |task| {
+            FLAGS.wait_all(task, 1);
+            1
+        },
+        |task| FLAGS.wait_any_timeout(task, 1, 9).unwrap(),
+        |task| FLAGS.wait_all_timeout(task, 1, 9).map(|()| 1).unwrap(),
+    ];
+    for (number, wait) in waits.into_iter().enumerate() {
+        // After it has found no flag, and before it is in the queue.
+        for section in [1, 2] {
+            let log: &Log = Box::leak(Box::new(Log::new()));
+            let [other, waiter]: [&Stack<0>; 2] = [(); 2].map(|()| &*Box::leak(Box::new(Stack::new())));
+            host::run_for(
+                1,
+                |boot| {
+                    other.start(boot, Priority::P1, |task| FLAGS.wait_any(task, 2)).unwrap();
+                    let body = move |task: &mut Task| {
+                        let sets = |interrupt: &mut Interrupt| FLAGS.set(interrupt, 1);
+                        let taken = host::interrupted(section, sets, || wait(task));
+                        log.note(format!("wait {number} took {taken}"));
+                    };
+                    waiter.start(boot, Priority::P3, body).unwrap();
+                },
+                |_, _| {},
+            );
+            log.expect(&[&format!("wait {number} took 1")]);
+        }
+    }
+}
+
+#[test]
 fn changes_of_other_flags_do_not_shorten_a_timeout() {
     static LOG: Log = Log::new();
     static STACKS: [Stack<0>; 2] = [const { Stack::new() }; 2];
