@@ -2,7 +2,9 @@
 
 mod log;
 
-use kernel::monitor::{LINE, Machine, Tasks, obey, refuse_line};
+use std::sync::Mutex;
+
+use kernel::monitor::{self, LINE, Line, Machine, Tasks, obey, refuse_line};
 use kernel::{Never, Priority, Refused, Semaphore, Stack, Task, TaskHandle, TaskState, host};
 use log::Log;
 
@@ -229,4 +231,49 @@ fn tasks_are_steered(fake: &mut Fake) {
     assert_eq!(fake.says("k WAITER"), "done\r\n");
     assert!(fake.says("l").contains("01 WAITER killed p"));
     fake.refuses("k WAITER", "no task runs there");
+}
+
+/// A serial line on which is typed what is there, and then nothing more.
+struct Scripted {
+    typed: std::vec::IntoIter<u8>,
+    said: &'static Mutex<String>,
+}
+
+impl Line for Scripted {
+    fn read(&mut self, task: &mut Task) -> u8 {
+        self.typed.next().unwrap_or_else(|| match waiter(task) {})
+    }
+
+    fn write(&mut self, _: &mut Task, bytes: &[u8]) {
+        self.said.lock().unwrap().extend(bytes.iter().map(|&byte| char::from(byte)));
+    }
+}
+
+#[test]
+fn a_session_obeys_each_line_and_then_shows_a_prompt() {
+    static STACK: Stack<0> = Stack::new();
+    static ONE: Tasks = &[("ABSENT", ABSENT.task())];
+    static SAID: Mutex<String> = Mutex::new(String::new());
+    let typed = format!("\r\nl\r\nn 0\r{0}\n{0}x\nk 0\n", "x".repeat(LINE));
+    host::run_for(
+        0,
+        |boot| {
+            let body = move |task: &mut Task| {
+                let mut line = Scripted { typed: typed.into_bytes().into_iter(), said: &SAID };
+                let mut step = |_: &mut Task, _| Err(Refused::Busy);
+                // SAFETY: none of these commands writes.
+                unsafe { monitor::run(task, &mut line, ONE, &mut step) }
+            };
+            STACK.start(boot, Priority::P3, body).unwrap();
+        },
+        |_, _| {},
+    );
+    assert_eq!(
+        *SAID.lock().unwrap(),
+        "00 ABSENT not started\r\n> \
+         ? not now: it waits, or has a mutex, or is not suspended; l shows its state\r\n> \
+         ? no such command: h shows all\r\n> \
+         ? the line is too long, up to 48 characters are read: write in pieces\r\n> \
+         ? no task runs there: l shows which do\r\n> "
+    );
 }
