@@ -29,7 +29,7 @@ struct Row {
 pub fn plot(directory: &Path, json: &mut impl Read) -> Result<String, Box<dyn Error>> {
     let bounds = bounds(json)?;
     let mut all = Vec::new();
-    for seen in busy::measure(directory)? {
+    for seen in busy::measure(directory, busy::SECONDS)? {
         all.extend(rows(&bounds, &seen)?);
     }
     draw(&all)
@@ -67,7 +67,7 @@ fn draw(all: &[Row]) -> Result<String, Box<dyn Error>> {
     let most = all.iter().map(|row| row.bound).fold(1.0, f64::max);
     let mut svg = String::new();
     {
-        let area = SVGBackend::with_string(&mut svg, (820, 460)).into_drawing_area();
+        let area = SVGBackend::with_string(&mut svg, (820, 500)).into_drawing_area();
         area.fill(&WHITE)?;
         let mut chart = ChartBuilder::on(&area)
             .margin(16)

@@ -28,6 +28,8 @@ use crate::trace::Trace;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Load {
     /// Messages whose bits alternate, as many as a line carries.
+    Alternating,
+    /// Frames of random kinds, lengths and contents, as many as a line carries.
     Frames,
     /// Random bytes, one in four a zero.
     Babble,
@@ -38,7 +40,8 @@ pub enum Load {
 impl fmt::Display for Load {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Load::Frames => "messages",
+            Load::Alternating => "alternating",
+            Load::Frames => "frames",
             Load::Babble => "babble",
             Load::Zeros => "zeros",
         })
@@ -56,9 +59,11 @@ pub struct Seen {
     pub waited: BTreeMap<u8, u64>,
 }
 
-/// The time for which the load pulls at the joints in one direction, and how often it does for each [`Load`].
+/// How long each [`Load`] usually lasts, in s.
+pub const SECONDS: u64 = 2;
+
+/// The time for which the load pulls at the joints in one direction.
 const TURN: u64 = 50 * MILLISECOND;
-const TURNS: u64 = 5;
 
 /// The fewest periods of the joints' control that each load must have.
 const PERIODS: usize = 100;
@@ -75,11 +80,11 @@ const RECEIVED: [u8; 2] = [18, 30];
 /// The characters that came in, each with its MCU and serial port.
 type Came = Vec<(Controller, usize, Character)>;
 
-/// Measures a module, with the images in `directory`, under each load.
+/// Measures a module, with the images in `directory`, under each load for so many seconds, at least 1.
 ///
 /// # Errors
 /// An image is missing, or does not control its joints.
-pub fn measure(directory: &Path) -> Result<[Seen; 2], BenchError> {
+pub fn measure(directory: &Path, seconds: u64) -> Result<[Seen; 2], BenchError> {
     let mut engine = walking(directory)?;
     let (mut random, mut came) = (Random::new(1), Came::new());
     pull(&mut engine, PULL);
@@ -90,8 +95,8 @@ pub fn measure(directory: &Path) -> Result<[Seen; 2], BenchError> {
     let start = engine.cycle();
     let mut seen =
         Controller::ALL.map(|controller| Seen { controller, control: Vec::new(), waited: BTreeMap::new() });
-    for load in [Load::Frames, Load::Babble, Load::Zeros] {
-        for turn in 0..TURNS {
+    for load in [Load::Alternating, Load::Frames, Load::Babble, Load::Zeros] {
+        for turn in 0..seconds * SECOND / TURN {
             pull(&mut engine, if turn % 2 == 0 { -PULL } else { PULL });
             come_in(&mut engine, load, &mut random, &mut came)?;
             engine.run_until(engine.cycle() + TURN);
@@ -131,42 +136,51 @@ fn mcu(engine: &mut Engine, controller: Controller) -> Result<&mut Mcu, BenchErr
     Ok(module.ok_or_else(|| unmeasurable("robot", "it has no module"))?.mcu_mut(controller))
 }
 
-/// The bytes of a new message whose bits alternate. Its turn differs from that of the message before.
-fn message(number: u64) -> Vec<u8> {
+/// The label of a new message. Its turn differs from that of the message before.
+fn label(number: u64) -> Label {
     let turn = if number.is_multiple_of(2) { Turn::Even } else { Turn::Odd };
-    let label = Label { signature: Signature { dock: Dock::Front, epoch: 0x55 }, turn };
+    Label { signature: Signature { dock: Dock::Front, epoch: 0x55 }, turn }
+}
+
+fn bytes(frame: Frame) -> Vec<u8> {
     let mut wire = WireBuffer::new();
-    let frame = Frame::Data { label, to: TaskCode::HORMONE, payload: &[0x55; MAX_PAYLOAD] };
-    // The payload is of the greatest length, so encoding does not fail.
+    // No payload here is longer than the longest, so encoding does not fail.
     let _ = frame.encode(&mut wire);
     wire.bytes().to_vec()
 }
 
-/// Delivers the bytes of a turn to all docks of the module.
+/// The bytes of a new message whose bits alternate.
+fn alternating(number: u64) -> Vec<u8> {
+    bytes(Frame::Data { label: label(number), to: TaskCode::HORMONE, payload: &[0x55; MAX_PAYLOAD] })
+}
+
+/// The bytes of an ACK, or of a new message to any behaviour.
+fn frame(number: u64, random: &mut Random) -> Vec<u8> {
+    let label = label(number);
+    let payload: Vec<u8> = (0..random.below(MAX_PAYLOAD + 1)).map(|_| random.below(256) as u8).collect();
+    match TaskCode::of_behaviour(random.below(usize::from(TaskCode::BEHAVIOURS) + 1) as u8) {
+        Some(to) => bytes(Frame::Data { label, to, payload: &payload }),
+        None => bytes(Frame::Ack(label)),
+    }
+}
+
+/// Delivers the bytes of a turn to all docks of the module, each from a random moment on.
 fn come_in(engine: &mut Engine, load: Load, random: &mut Random, came: &mut Came) -> Result<(), BenchError> {
     let now = engine.cycle();
     for (port, controller) in (0..PORTS).flat_map(|port| Controller::ALL.map(|mcu| (port, mcu))) {
         let mcu = mcu(engine, controller)?;
-        let mut start = now + (port as u64 + 1) * BYTE / 4;
-        let mut bytes = Vec::new();
-        for number in 0.. {
-            if start + BYTE > now + TURN {
-                break;
-            }
-            let value = match load {
-                Load::Frames => {
-                    if bytes.is_empty() {
-                        bytes = message(number);
-                    }
-                    bytes.remove(0)
-                }
-                Load::Babble => random.below(256) as u8 * u8::from(!random.chance(0.25)),
-                Load::Zeros => 0,
-            };
+        let first = now + random.below(BYTE as usize) as u64;
+        let starts = (first..=now + TURN - BYTE).step_by(BYTE as usize);
+        let mut values = (0..).flat_map(|number| match load {
+            Load::Alternating => alternating(number),
+            Load::Frames => frame(number, random),
+            Load::Babble => vec![random.below(256) as u8 * u8::from(!random.chance(0.25))],
+            Load::Zeros => vec![0],
+        });
+        for (start, value) in starts.zip(&mut values) {
             let character = Character { value, start, end: start + BYTE };
             mcu.receive(port, character);
             came.push((controller, port, character));
-            start += BYTE;
         }
     }
     Ok(())
