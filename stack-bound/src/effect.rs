@@ -19,6 +19,10 @@ pub enum Effect {
     Load(u8, u8),
     /// `mov`: to, from.
     Copy(u8, u8),
+    /// `ori`: to, value.
+    SetBits(u8, u8),
+    /// `andi`: to, value.
+    KeepBits(u8, u8),
     /// `movw`: to, from, each the lower register of a pair.
     CopyPair(u8, u8),
     /// `cpi` and `cpc` in a row: the lower register of a pair, the value compared with its low byte, and the
@@ -54,6 +58,39 @@ pub enum Effect {
     Other(u32),
 }
 
+impl Effect {
+    /// Whether it changes the stack pointer by itself, or leads elsewhere than to the next instruction.
+    pub fn moves(self) -> bool {
+        match self {
+            Effect::Push(_)
+            | Effect::Pop(_)
+            | Effect::Jump(_)
+            | Effect::JumpIndirect
+            | Effect::Call(_)
+            | Effect::CallIndirect
+            | Effect::Branch(_)
+            | Effect::BranchIfSameOrHigher(_)
+            | Effect::Skip
+            | Effect::Return => true,
+            Effect::ReadStackPointer(..)
+            | Effect::WriteStackPointer(..)
+            | Effect::LoadAboveY(..)
+            | Effect::Load(..)
+            | Effect::SetBits(..)
+            | Effect::KeepBits(..)
+            | Effect::Copy(..)
+            | Effect::CopyPair(..)
+            | Effect::ComparePair(..)
+            | Effect::ReadStatus(_)
+            | Effect::WriteStatus(_)
+            | Effect::EnableInterrupts
+            | Effect::DisableInterrupts
+            | Effect::AddPair(..)
+            | Effect::Other(_) => false,
+        }
+    }
+}
+
 /// A byte of the stack pointer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Half {
@@ -66,7 +103,7 @@ const STACK_POINTER: [(u16, Half); 2] = [(0x5d, Half::Low), (0x5e, Half::High)];
 const STATUS: u16 = 0x5f;
 
 /// The register that compilers keep 0.
-const ZERO: u8 = 1;
+pub const ZERO: u8 = 1;
 
 /// The flag of SREG that a comparison sets if the first unsigned number is lower.
 const CARRY: u8 = 1;
@@ -147,6 +184,8 @@ fn of(instruction: Instruction, address: u32) -> Effect {
         Sts { from, address } => written(address, from),
         LdStep { to, pointer, .. } => Effect::Other(1 << to | pair(pointer)),
         StStep { pointer, .. } => Effect::Other(pair(pointer)),
+        Ori { to, value } => Effect::SetBits(to, value),
+        Andi { to, value } => Effect::KeepBits(to, value),
         Push { from } => Effect::Push(from),
         Pop { to } => Effect::Pop(to),
         Adiw { to, value } => Effect::AddPair(to, value.into()),
@@ -176,8 +215,6 @@ fn of(instruction: Instruction, address: u32) -> Effect {
         | And { to, .. }
         | Or { to, .. }
         | Eor { to, .. }
-        | Andi { to, .. }
-        | Ori { to, .. }
         | Com { to }
         | Neg { to }
         | Inc { to }

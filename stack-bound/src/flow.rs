@@ -31,9 +31,9 @@ pub struct Node {
 pub enum Masking {
     #[default]
     Nothing,
-    /// `cli`.
+    /// `cli`, or a write to SREG that clears the flag.
     Masks,
-    /// `sei`, `reti`.
+    /// `sei`, `reti`, or a write to SREG that sets the flag.
     Enables,
     /// SREG is read into a register, with the flag.
     Reads(u8),

@@ -138,9 +138,10 @@ impl<'a> Program<'a> {
                     joined
                 }
             };
+            let masking = self.masking(place.0, &state);
             match self.step(place, state, &mut function) {
                 Ok(next) => {
-                    self.record(place, &next, &mut function.flow);
+                    self.record(place, &next, masking, &mut function.flow);
                     due.extend(next);
                 }
                 Err(problem) => {
@@ -154,21 +155,14 @@ impl<'a> Program<'a> {
 
     /// Records where an instruction leads. A later visit overwrites an earlier one: its joined state covers
     /// the earlier.
-    fn record(&self, place: Place, next: &[(Place, State)], flow: &mut Flow) {
+    fn record(&self, place: Place, next: &[(Place, State)], masking: Masking, flow: &mut Flow) {
         let (flash, address) = (&self.image.flash, place.0);
         let Some((effect, length)) = effect(flash, address) else { return };
         let behind = address + length;
         let node = flow.nodes.entry(place).or_default();
         node.next = next.iter().map(|&(to, _)| (to, timing::more_cycles(effect, behind, to.0))).collect();
         node.names = effect::named_address(flash, address);
-        node.masking = match effect {
-            Effect::DisableInterrupts => Masking::Masks,
-            Effect::EnableInterrupts => Masking::Enables,
-            Effect::Return if timing::is_return_from_interrupt(flash, address) => Masking::Enables,
-            Effect::ReadStatus(register) => Masking::Reads(register),
-            Effect::WriteStatus(register) => Masking::Restores(register),
-            _ => Masking::Nothing,
-        };
+        node.masking = masking;
         let parts = std::iter::successors(Some(address), |at| Some(at + effect::length(flash, *at)));
         let parts = parts.take_while(|&at| at < behind);
         let cycles = |at| timing::cycles(flash, at, self.image.return_address);
@@ -176,6 +170,23 @@ impl<'a> Program<'a> {
         node.cycles = parts.map(|at| Some(cycles(at)? + waits(at))).sum();
         if timing::is_sleep(flash, address) {
             node.wakes = node.next.drain(..).next().map(|(to, _)| to);
+        }
+    }
+
+    /// What the instruction at an address does to the interrupt flag.
+    fn masking(&self, address: u32, state: &State) -> Masking {
+        let flash = &self.image.flash;
+        match effect(flash, address).map(|(effect, _)| effect) {
+            Some(Effect::DisableInterrupts) => Masking::Masks,
+            Some(Effect::EnableInterrupts) => Masking::Enables,
+            Some(Effect::Return) if timing::is_return_from_interrupt(flash, address) => Masking::Enables,
+            Some(Effect::ReadStatus(register)) => Masking::Reads(register),
+            Some(Effect::WriteStatus(register)) => match state.written_flag(register) {
+                Some(true) => Masking::Enables,
+                Some(false) => Masking::Masks,
+                None => Masking::Restores(register),
+            },
+            _ => Masking::Nothing,
         }
     }
 
@@ -194,6 +205,10 @@ impl<'a> Program<'a> {
         let Some((effect, length)) = effect(&image.flash, address) else {
             return Err(Problem::NoCode { function: name.to_owned(), address });
         };
+        // SPH alone was written, so the stack lies elsewhere.
+        if state.is_half_written() && effect.moves() {
+            return Err(Problem::StackPointer { function: name.to_owned(), address });
+        }
         let next = address + length;
         Ok(match effect {
             Effect::Return => {
@@ -244,6 +259,14 @@ impl<'a> Program<'a> {
                 self.call(place, next, &targets, state, function)?
             }
             other => {
+                // The value comes from a caller, perhaps from before it masked interrupts. The switch takes
+                // that of a context, which it leaves by RETI.
+                if let Effect::WriteStatus(from) = other
+                    && name != SWITCH
+                    && state.is_foreign_status(from)
+                {
+                    state.may_enable();
+                }
                 let after = state.apply(other, stack_pointer);
                 let is_switch = after == StackPointer::Elsewhere && stack_pointer != StackPointer::Elsewhere;
                 if is_switch && name != SWITCH {

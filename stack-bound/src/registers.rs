@@ -11,8 +11,47 @@ pub enum Byte {
     /// The value of this register at the start of the function.
     AtStart(u8),
     Is(u8),
+    /// What was read from SREG.
+    Status,
+    /// Its highest bit, which enables interrupts in SREG, is set or clear; the others are unknown.
+    Highest(bool),
     /// A byte of the stack pointer's value with so many bytes on the stack.
     OfStackPointer(Half, i32),
+}
+
+const HIGHEST: u8 = 0x80;
+
+impl Byte {
+    /// Its highest bit, if that is known.
+    pub fn highest(self) -> Option<bool> {
+        match self {
+            Byte::Is(value) => Some(value & HIGHEST != 0),
+            Byte::Highest(is_set) => Some(is_set),
+            Byte::Unknown | Byte::AtStart(_) | Byte::Status | Byte::OfStackPointer(..) => None,
+        }
+    }
+
+    /// With these bits set.
+    pub fn with(self, bits: u8) -> Self {
+        match self {
+            Byte::Is(value) => Byte::Is(value | bits),
+            _ if bits & HIGHEST != 0 => Byte::Highest(true),
+            _ => Self::of_highest(self.highest()),
+        }
+    }
+
+    /// With the bits clear that are clear in `bits`.
+    pub fn within(self, bits: u8) -> Self {
+        match self {
+            Byte::Is(value) => Byte::Is(value & bits),
+            _ if bits & HIGHEST == 0 => Byte::Highest(false),
+            _ => Self::of_highest(self.highest()),
+        }
+    }
+
+    fn of_highest(is_set: Option<bool>) -> Self {
+        is_set.map_or(Byte::Unknown, Byte::Highest)
+    }
 }
 
 /// The possible values of a pair of registers, a few at most, low byte first.
@@ -34,7 +73,7 @@ pub enum StackPointer {
 const MOST: usize = 8;
 
 impl Pair {
-    fn unknown() -> Self {
+    pub fn unknown() -> Self {
         Self::only([Byte::Unknown; 2])
     }
 

@@ -1,6 +1,6 @@
 //! What is known at a place in a program, and how an instruction changes it.
 
-use crate::effect::{Effect, Half};
+use crate::effect::{Effect, Half, ZERO};
 use crate::registers::{Byte, PRESERVED, Pair, Registers, StackPointer};
 
 /// Whether an interrupt may occur before an instruction.
@@ -52,6 +52,26 @@ impl State {
     /// Whether interrupts are enabled, now or from the next instruction on.
     pub fn enables_interrupts(&self) -> bool {
         self.interrupts != Interrupts::Masked
+    }
+
+    /// The interrupt flag that a write of this register to SREG gives, if that is known.
+    pub fn written_flag(&self, from: u8) -> Option<bool> {
+        if from == ZERO { Some(false) } else { self.registers.byte(from).highest() }
+    }
+
+    /// Whether SPH was written, and SPL was not yet.
+    pub fn is_half_written(&self) -> bool {
+        self.written.is_some()
+    }
+
+    /// Whether a write of this register to SREG gives what this function has neither read there nor made.
+    pub fn is_foreign_status(&self, register: u8) -> bool {
+        self.written_flag(register).is_none() && self.registers.byte(register) != Byte::Status
+    }
+
+    /// Has every later write of an unknown value to SREG enable interrupts.
+    pub fn may_enable(&mut self) {
+        self.was_enabled = true;
     }
 
     /// Begins an instruction. Returns the address with which the one before compared this stack's pointer.
@@ -123,6 +143,8 @@ impl State {
             Effect::WriteStackPointer(half, from) => return self.write(half, from, stack_pointer),
             Effect::LoadAboveY(to, _) => self.registers.set(to, Byte::Unknown),
             Effect::Load(to, value) => self.registers.set(to, Byte::Is(value)),
+            Effect::SetBits(to, bits) => self.registers.set(to, self.registers.byte(to).with(bits)),
+            Effect::KeepBits(to, bits) => self.registers.set(to, self.registers.byte(to).within(bits)),
             Effect::Copy(to, from) => self.registers.set(to, self.registers.byte(from)),
             Effect::CopyPair(to, from) => self.registers.copy_pair(to, from),
             Effect::ComparePair(low, value, high) => {
@@ -135,10 +157,10 @@ impl State {
             Effect::DisableInterrupts => self.interrupts = Interrupts::Masked,
             Effect::ReadStatus(to) => {
                 self.was_enabled |= self.enables_interrupts();
-                self.registers.set(to, Byte::Unknown);
+                self.registers.set(to, Byte::Status);
             }
-            // The value was read from SREG.
-            Effect::WriteStatus(_) if self.was_enabled => self.enable(),
+            // A value of which nothing is known was read from SREG.
+            Effect::WriteStatus(from) if self.written_flag(from).unwrap_or(self.was_enabled) => self.enable(),
             Effect::WriteStatus(_) => self.interrupts = Interrupts::Masked,
             Effect::AddPair(low, amount) => self.registers.add(low, amount),
             Effect::Other(changed) => self.registers.forget(changed),
@@ -172,12 +194,24 @@ impl State {
             return stack_pointer;
         }
         let is_whole = self.written.take().as_ref() == Some(pair);
-        self.pushed.clear();
         let after = if is_whole { pair.stack_pointer() } else { StackPointer::Elsewhere };
+        self.resize(stack_pointer, after);
         if after == StackPointer::Elsewhere {
             self.registers = Registers::unknown();
         }
         after
+    }
+
+    /// Makes a frame, or removes one: what was pushed before it is still there.
+    fn resize(&mut self, before: StackPointer, after: StackPointer) {
+        let (StackPointer::Own(before), StackPointer::Own(after)) = (before, after) else {
+            self.pushed.clear();
+            return;
+        };
+        let more = usize::try_from(after - before).unwrap_or(0);
+        let fewer = usize::try_from(before - after).unwrap_or(0);
+        self.pushed.truncate(self.pushed.len().saturating_sub(fewer));
+        self.pushed.extend(std::iter::repeat_n(Byte::Unknown, more));
     }
 
     /// Keeps what holds on both of two paths that meet.
@@ -190,8 +224,9 @@ impl State {
                 *byte = Byte::Unknown;
             }
         }
+        // On one path SPH was written: from here on that counts for both.
         if self.written != other.written {
-            self.written = None;
+            self.written = Some(Pair::unknown());
         }
         self.is_saved |= other.is_saved;
         self.interrupts = self.interrupts.max(other.interrupts);

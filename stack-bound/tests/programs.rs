@@ -11,11 +11,16 @@ fn build(source: &str, mcu: &str) -> Image {
 }
 
 fn build_file(source: &str, mcu: &str) -> PathBuf {
+    build_with(source, mcu, &[])
+}
+
+fn build_with(source: &str, mcu: &str, options: &[&str]) -> PathBuf {
     let fixture = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures").join(source);
     let elf = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{source}-{mcu}-{}.elf", thread_name()));
     let status = Command::new("avr-gcc")
         .args(["-Os", "-Wall", "-Werror", &format!("-mmcu={mcu}"), "-o"])
         .args([&elf, &fixture])
+        .args(options)
         .status()
         .expect("avr-gcc runs (Debian: gcc-avr and avr-libc; ./x test installs them)");
     assert!(status.success(), "avr-gcc builds {}", fixture.display());
@@ -100,6 +105,24 @@ fn interrupts_that_nest() {
         [("its first context", 6), ("an interrupt", 2), ("__vector_3", 5)],
         "and no other"
     );
+}
+
+/// The first handler has pushed two bytes, the second one pushes three. They nest only if a write to SREG may
+/// enable interrupts.
+#[test]
+fn interrupts_nest_where_a_write_to_sreg_enables_them() {
+    for (option, bytes) in [
+        ("-DNEITHER", 3),
+        ("-DCLEARS", 3),
+        ("-DFRAME", 2 + 8),
+        ("-DSETS", 2 + 2 + 3),
+        ("-DCONSTANT", 2 + 2 + 3),
+        ("-DCALLER", 2 + 2 + (2 + 2)),
+    ] {
+        let image = Image::load(build_with("status.S", "atmega128", &[option])).expect("it is an image");
+        let bounds = bounds(&image, "");
+        assert_eq!(bounds[0].needs(), 2 + 2 + bytes, "{option}: {:?}", bounds[0].steps);
+    }
 }
 
 /// Each handler of two may be preempted in the function that both call, by the other.
@@ -210,6 +233,7 @@ fn what_no_compiler_makes_is_named() {
         "leaves_a_byte returns at ",
         "jumps_by_ret returns at ",
         "loads_a_stack_pointer loads a stack pointer at ",
+        "writes_sph_alone loads a stack pointer at ",
         "runs_into_data runs into data at ",
     ] {
         assert!(problems.contains(problem), "{problems}");

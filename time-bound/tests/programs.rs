@@ -128,6 +128,13 @@ fn sections_without_an_instruction_between_them_are_one_stretch() {
 }
 
 #[test]
+fn a_section_may_begin_and_end_with_a_value_for_sreg_that_the_program_makes() {
+    let image = Image::load(built("status.S")).expect("avr-gcc makes an AVR image");
+    let bounds = Bounds::new(&image, &Annotations::default(), &Notes::default()).expect("there are bounds");
+    assert_eq!(bounds.tasks[0].masked, 4);
+}
+
+#[test]
 fn a_section_behind_the_reti_of_a_call_is_part_of_the_stretch() {
     let image = Image::load(built("behind.S")).expect("avr-gcc makes an AVR image");
     let bounds = Bounds::new(&image, &Annotations::default(), &Notes::default()).expect("there are bounds");

@@ -98,6 +98,8 @@ fn expected(text: &str, next: u32) -> Option<Effect> {
         "push" => register(to).map(Effect::Push),
         "pop" => register(to).map(Effect::Pop),
         "ldi" => Some(Effect::Load(register(to)?, number(from) as u8)),
+        "ori" => Some(Effect::SetBits(register(to)?, number(from) as u8)),
+        "andi" => Some(Effect::KeepBits(register(to)?, number(from) as u8)),
         "mov" => Some(Effect::Copy(register(to)?, register(from)?)),
         "movw" => Some(Effect::CopyPair(register(to)?, register(from)?)),
         "adiw" => Some(Effect::AddPair(register(to)?, number(from) as i16)),
@@ -119,8 +121,8 @@ fn expected(text: &str, next: u32) -> Option<Effect> {
         "ret" | "reti" => Some(Effect::Return),
         "cpse" | "sbrc" | "sbrs" | "sbic" | "sbis" => Some(Effect::Skip),
         "mul" | "muls" | "mulsu" | "fmul" | "fmuls" | "fmulsu" => Some(PRODUCT),
-        "add" | "adc" | "sub" | "subi" | "sbc" | "sbci" | "and" | "andi" | "or" | "ori" | "eor" | "com"
-        | "neg" | "swap" | "inc" | "dec" | "asr" | "lsr" | "ror" | "bld" | "in" | "lds" => change(),
+        "add" | "adc" | "sub" | "subi" | "sbc" | "sbci" | "and" | "or" | "eor" | "com" | "neg" | "swap"
+        | "inc" | "dec" | "asr" | "lsr" | "ror" | "bld" | "in" | "lds" => change(),
         "ldd" | "ld" if from.starts_with('Y') && from != "Y+" => {
             Some(Effect::LoadAboveY(register(to)?, from.strip_prefix("Y+").map_or(0, number) as u8))
         }
