@@ -51,6 +51,10 @@ impl BodyPins {
         for mcu in &mut *mcus {
             mcu.set_analog(|analog| analog.multiplexer = Some(MULTIPLEXER));
             mcu.make_plain(&FOLLOWED);
+            mcu.refuse_reads(
+                &[TCNT1L, TCNT1H],
+                "TCNT1 read: on a module Timer1 drives the joints, and does not count",
+            );
         }
         self.show(body, mcus);
     }

@@ -84,6 +84,8 @@ struct Control {
     shares_flash: bool,
     /// Pins that the outside drives, by port.
     driven: BTreeMap<char, Driven>,
+    /// Pins that compare units drive, by port.
+    outputs: BTreeMap<char, Outputs>,
 }
 
 /// The pins of a port that the outside drives, and their levels.
@@ -91,6 +93,14 @@ struct Control {
 struct Driven {
     mask: u8,
     levels: u8,
+}
+
+/// The pins of a port that compare units drive, their levels, and PORTx as the program has it.
+#[derive(Clone, Copy, Default)]
+struct Outputs {
+    mask: u8,
+    levels: u8,
+    latch: u8,
 }
 
 impl Cpu {
@@ -226,8 +236,11 @@ impl Cpu {
 
     /// Resets the core and simavr's peripherals. The cycle counter restarts: the caller sets it back.
     pub fn reset(self) {
-        // SAFETY: the instance is alive; callbacks use handles of their own.
-        unsafe { ffi::avr_reset(self.as_ptr()) }
+        // SAFETY: the instance is alive, and so is its `control`; callbacks use handles of their own.
+        unsafe {
+            (*self.control()).outputs.clear();
+            ffi::avr_reset(self.as_ptr());
+        }
     }
 
     /// From now on the instance reads its flash from `shared`, if that has the same length.

@@ -215,15 +215,19 @@ unsafe extern "C" fn pin_changed<D: Device>(irq: *mut ffi::avr_irq_t, value: u32
     slot.arm(cpu, parameter);
 }
 
-/// simavr's own write handlers, each with an action after it.
+/// simavr's own write handlers, each with a change of the value before it, and an action after it.
 #[derive(Default)]
 pub(crate) struct WrappedWrites(Vec<NonNull<WrappedWrite>>);
 
 struct WrappedWrite {
     handler: ffi::avr_io_write_t,
     parameter: *mut c_void,
+    before: Before,
     after: After,
 }
+
+/// What simavr's handler gets in place of the value written, with which it is called.
+type Before = Box<dyn Fn(Cpu, u8) -> u8 + Send>;
 
 /// The action after a write, called with the address, the value before the write and the value written.
 type After = Box<dyn Fn(Cpu, u16, u8, u8) + Send>;
@@ -235,11 +239,19 @@ unsafe impl Send for WrappedWrites {}
 impl WrappedWrites {
     /// Calls `after` after each write to `address`. Where simavr has no handler the value is stored.
     pub fn wrap(&mut self, cpu: Cpu, address: u16, after: impl Fn(Cpu, u16, u8, u8) + Send + 'static) {
+        self.wrap_with(cpu, address, Box::new(|_, written| written), Box::new(after));
+    }
+
+    /// Has `before` replace the values written to `address`.
+    pub fn replace(&mut self, cpu: Cpu, address: u16, before: impl Fn(Cpu, u8) -> u8 + Send + 'static) {
+        self.wrap_with(cpu, address, Box::new(before), Box::new(|_, _, _, _| {}));
+    }
+
+    fn wrap_with(&mut self, cpu: Cpu, address: u16, before: Before, after: After) {
         // SAFETY: the entry outlives the instance's last run: both belong to one `Mcu`.
         unsafe {
             let entry = (*cpu.as_ptr()).io[usize::from(address - IO_START)].w;
-            let after = Box::new(after);
-            let wrapped = WrappedWrite { handler: entry.c, parameter: entry.param, after };
+            let wrapped = WrappedWrite { handler: entry.c, parameter: entry.param, before, after };
             let wrapped = NonNull::from(Box::leak(Box::new(wrapped)));
             set_write(cpu, address, Some(wrapped_write), wrapped.as_ptr().cast());
             self.0.push(wrapped);
@@ -268,6 +280,7 @@ unsafe extern "C" fn wrapped_write(
         let cpu = Cpu::from_raw(avr);
         let wrapped = &*parameter.cast::<WrappedWrite>();
         let before = cpu.data(address);
+        let value = (wrapped.before)(cpu, value);
         match wrapped.handler {
             Some(handler) => handler(avr, address, value, wrapped.parameter),
             None => cpu.set_data(address, value),

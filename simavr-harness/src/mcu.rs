@@ -15,10 +15,12 @@ use crate::probe::{self, Edge, Probe};
 use crate::repair::adc::{self, Adc, Analog};
 use crate::repair::eeprom::{self, Eeprom};
 use crate::repair::external::{self, External};
+use crate::repair::ports;
 use crate::repair::spi::{self, Spi};
 use crate::repair::spm::{self, Spm, WhileWriting};
 use crate::repair::timer::{self, Timer};
 use crate::repair::twi::{self, Twi};
+use crate::repair::unread::{self, Unread};
 use crate::repair::usart::{self, Usart, UsartCounts};
 use crate::repair::watchdog;
 use crate::repair::{absent, flags, interrupt, pins, rampz, reset_flags};
@@ -65,6 +67,8 @@ pub struct Mcu {
     timers: Vec<Attached<Timer>>,
     // Held for simavr, which calls into them.
     _wrapped: WrappedWrites,
+    _ports: Vec<Attached<ports::Reads>>,
+    unread: Vec<Attached<Unread>>,
     /// Serial ports at pins rather than USARTs.
     serial_pins: Vec<Attached<PinSerial>>,
     probes: Vec<Attached<Probe>>,
@@ -143,6 +147,7 @@ impl Mcu {
             absent::install(cpu, &mut wrapped);
         }
         timer::install(cpu, part.timers, &mut wrapped);
+        ports::install(cpu, part.timers, &mut wrapped);
         flags::install(cpu, part);
         let usarts = part.usarts.iter().map(|registers| usart::attach(cpu, registers)).collect();
         let adc = part.adc.as_ref().map(|registers| adc::attach(cpu, registers).ok_or_else(missing));
@@ -169,6 +174,8 @@ impl Mcu {
             cpu,
             image,
             _wrapped: wrapped,
+            _ports: ports::attach(cpu, part.timers),
+            unread: Vec::new(),
             serial_pins: Vec::new(),
             probes: Vec::new(),
             random: Random::new(seed),
@@ -410,6 +417,11 @@ impl Mcu {
     /// Makes registers plain memory: what the program writes there has no effect in simavr.
     pub(crate) fn make_plain(&mut self, registers: &[u16]) {
         make_plain(self.cpu, registers);
+    }
+
+    /// Ends the program for `reason` if it reads one of these registers.
+    pub(crate) fn refuse_reads(&mut self, registers: &[u16], reason: &'static str) {
+        self.unread.push(unread::attach(self.cpu, registers, reason));
     }
 
     /// Watches a pin from now on. Probes are numbered from 0.

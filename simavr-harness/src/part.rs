@@ -5,7 +5,7 @@ use thiserror::Error;
 
 mod timers;
 
-pub(crate) use timers::{Control, TimerRegisters};
+pub(crate) use timers::{Compare, Control, TimerRegisters};
 
 /// One microcontroller.
 #[derive(Debug)]
@@ -46,6 +46,25 @@ pub struct Part {
 pub struct Pin {
     pub port: char,
     pub bit: u8,
+}
+
+/// A port: its letter, and the data address of PINx, which DDRx and PORTx follow.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Port {
+    pub name: char,
+    pub pins: u16,
+}
+
+impl Port {
+    /// The data address of DDRx.
+    pub fn direction(self) -> u16 {
+        self.pins + 1
+    }
+
+    /// The data address of PORTx.
+    pub fn register(self) -> u16 {
+        self.pins + 2
+    }
 }
 
 #[derive(Debug)]

@@ -41,6 +41,15 @@ fn what_no_program_should_do_crashes_it() {
         ("REGISTER=MCUCR=_BV(SRE)", "external memory"),
         ("REGISTER=MCUCR=_BV(IVCE);MCUCR=_BV(IVSEL)", "boot section"),
         ("REGISTER=XDIV=_BV(XDIVEN)|3", "divided clock"),
+        ("REGISTER=ASSR=_BV(AS0)", "crystal"),
+        ("REGISTER=SFIOR=_BV(TSM)", "timers that are held"),
+        ("REGISTER=SFIOR=_BV(PUD)", "pull-ups"),
+        ("REGISTER=SFIOR=_BV(ACME)", "comparator"),
+        ("REGISTER=ACSR|=_BV(ACIE)", "comparator"),
+        ("REGISTER=ACSR=_BV(ACBG)", "comparator"),
+        ("REGISTER=UCSR1C=_BV(UMSEL1)|_BV(UCSZ11)", "synchronous"),
+        ("REGISTER=UCSR0B=_BV(RXEN0)|_BV(UCSZ02)", "ninth data bit"),
+        ("REGISTER=UCSR0A=_BV(MPCM0)", "addresses"),
         ("POWER_DOWN", "another mode than idle"),
     ] {
         let mut mcu = mcu(&build_with("program.c", &[variant]));

@@ -149,6 +149,26 @@ fn compare_units_drive_their_pins() {
     }
 }
 
+/// PORTB is the program's while units drive pins of it: what it writes there changes none of them, it reads
+/// what it wrote, and gets the pin back as it has written it.
+#[test]
+fn a_compare_unit_has_its_pin_to_itself() {
+    const BIT: u8 = 0x20;
+    let setup = "TCCR1A=0x82;TCCR1B=0x18;ICR1=999;OCR1A=249;TCCR1B=0x19";
+    let write =
+        |value, pin| format!("WAIT(1400);PORTB={value};OCDR=PORTB;OCDR=PINB&0x20;WAIT(1000);OCDR={pin}");
+    let later = [write("1", "PINB&0x20"), write("0x21", "PORTB"), "TCCR1A=2;OCDR=PINB&0x20;DDRB=0".into()];
+    let setup = format!("SETUP={setup};{}", later.join(";"));
+    let mut mcu = mcu(&build_with("timers.c", &[&setup, "WAIT(cycles)=__builtin_avr_delay_cycles(cycles)"]));
+    mcu.add_probe(Pin { port: 'B', bit: 5 });
+    mcu.run_until(12_000);
+    let values: Vec<u8> = mcu.markers().iter().map(|marker| marker.value).collect();
+    assert_eq!(values[..7], [1, 0, 0, 0x21, 0, 0x21, BIT]);
+    let edges: Vec<_> = mcu.take_edges(0).iter().map(|edge| (edge.cycle, edge.level)).collect();
+    let high: Vec<_> = edges.windows(2).filter(|pair| pair[0].1).map(|pair| pair[1].0 - pair[0].0).collect();
+    assert_eq!(high[..4], [250; 4], "{edges:?}");
+}
+
 /// Section "Compare Match Output Unit": a compare value that the counter has passed matches in the next
 /// round. With CTC the counter first goes on to its maximum (section "Clear Timer on Compare Match Mode").
 #[test]

@@ -170,3 +170,18 @@ fn the_length_of_a_frame_follows_its_format() {
     mcu.write(UCSRA, 0);
     assert_eq!(mcu.usart_frame_cycles(0), Some(11 * 160), "single speed");
 }
+
+/// A frame has no more bits of a byte than its format says (section "Frame Formats").
+#[test]
+fn a_frame_of_seven_bits_carries_seven() {
+    const UCSRC: u16 = 0x95;
+    const SEVEN_BITS: u8 = 0x04;
+    let mut mcu = mcu(&build_with("usart.c", &["ECHO"]));
+    mcu.run_until(FRAME);
+    mcu.write(UCSRC, SEVEN_BITS);
+    let end = 3 * FRAME;
+    mcu.receive(0, Character { value: 0xc2, start: end - FRAME * 9 / 10, end });
+    mcu.run_until(5 * FRAME);
+    let [echo] = mcu.take_sent(0)[..] else { panic!("one byte is sent back") };
+    assert_eq!((echo.value, echo.end - echo.start), (0x42, FRAME * 9 / 10));
+}

@@ -102,3 +102,12 @@ fn a_pull_up_closes_no_power_switch() {
     assert!(!is_closed_after(3), "the pin is an input");
     assert!(is_closed_after(10), "the pin is an output");
 }
+
+/// A program that reads the counter of Timer1 would wait for ever.
+#[test]
+fn a_program_that_reads_the_counter_of_timer1_crashes() {
+    const IN_R16_TCNT1L: u16 = 0xb50c;
+    let [mut master, _] = wired(&[IN_R16_TCNT1L, STAY]);
+    master.run_until(100);
+    assert!(master.crash_reason().is_some_and(|reason| reason.contains("TCNT1")), "{:?}", master.state());
+}

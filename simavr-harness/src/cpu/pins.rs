@@ -4,8 +4,8 @@ use std::ffi::c_int;
 
 use simavr_ffi as ffi;
 
-use super::{Cpu, Driven};
-use crate::part::Pin;
+use super::{Cpu, Driven, Outputs};
+use crate::part::{Pin, Port};
 
 /// Mask of a pin's level in the value that simavr signals; the bits above it tell what drives the pin.
 pub(crate) const LEVEL: u32 = 0xff;
@@ -67,9 +67,66 @@ impl Cpu {
         }
     }
 
-    /// Sets a pin to the level that a compare unit outputs.
-    pub fn output_pin(self, port: char, bit: u8, level: bool) {
-        self.signal_pin(port, bit, ffi::AVR_IOPORT_OUTPUT | u32::from(level));
+    /// Has a compare unit drive a pin to `level`, whatever the program writes to PORTx, until the pin is
+    /// released.
+    pub fn output_pin(self, port: Port, bit: u8, level: bool) {
+        let mask = 1 << bit;
+        let levels = self.data(port.register());
+        self.with_outputs(port, |outputs| {
+            if outputs.mask & mask == 0 {
+                outputs.mask |= mask;
+                outputs.latch = outputs.latch & !mask | levels & mask;
+            }
+            outputs.levels = if level { outputs.levels | mask } else { outputs.levels & !mask };
+        });
+        self.show_outputs(port);
+        self.signal_pin(port.name, bit, ffi::AVR_IOPORT_OUTPUT | u32::from(level));
+    }
+
+    /// Gives a pin that a compare unit has driven back to PORTx.
+    pub fn release_pin(self, port: Port, bit: u8) {
+        self.show_outputs(port);
+        let latch = self.with_outputs(port, |outputs| {
+            outputs.mask &= !(1 << bit);
+            outputs.latch
+        });
+        let level = latch >> bit & 1;
+        self.signal_pin(port.name, bit, ffi::AVR_IOPORT_OUTPUT | u32::from(level));
+    }
+
+    /// PORTx for the program.
+    pub fn read_port(self, port: Port) -> u8 {
+        let Outputs { mask, latch, .. } = self.with_outputs(port, |outputs| *outputs);
+        self.data(port.register()) & !mask | latch & mask
+    }
+
+    /// PINx for the program.
+    pub fn read_pins(self, port: Port) -> u8 {
+        self.show_outputs(port);
+        let outputs = self.data(port.direction());
+        self.data(port.register()) & outputs | self.data(port.pins) & !outputs
+    }
+
+    /// The program writes `value` to PORTx. Returns what simavr is to hold there.
+    pub fn write_port(self, port: Port, value: u8) -> u8 {
+        let Outputs { mask, levels, .. } = self.with_outputs(port, |outputs| {
+            outputs.latch = value;
+            *outputs
+        });
+        value & !mask | levels & mask
+    }
+
+    /// Puts the levels of compare units into PORTx, from which simavr drives pins. After the program has read
+    /// it, PORTx holds what was read.
+    pub fn show_outputs(self, port: Port) {
+        let Outputs { mask, levels, .. } = self.with_outputs(port, |outputs| *outputs);
+        let held = self.data(port.register());
+        self.set_data(port.register(), held & !mask | levels & mask);
+    }
+
+    fn with_outputs<R>(self, port: Port, act: impl FnOnce(&mut Outputs) -> R) -> R {
+        // SAFETY: `control` lives as long as the instance, and `act` has no handle that leads here.
+        act(unsafe { (*self.control()).outputs.entry(port.name).or_default() })
     }
 
     /// Disconnects the capture unit of simavr's timer `timer` from a pin.
@@ -106,8 +163,11 @@ impl Cpu {
     /// pin is an output, the input elsewhere.
     pub fn pins(self, port: char) -> u8 {
         let state = self.port_state(port);
-        let (latch, direction, input) = (state.port(), state.ddr(), state.pin());
-        (latch & direction | input & !direction) as u8
+        let (latch, direction, input) = (state.port() as u8, state.ddr() as u8, state.pin() as u8);
+        // SAFETY: `control` lives as long as the instance, and nothing changes it while the reference lives.
+        let outputs = unsafe { &(*self.control()).outputs }.get(&port).copied().unwrap_or_default();
+        let latch = latch & !outputs.mask | outputs.levels & outputs.mask;
+        latch & direction | input & !direction
     }
 
     fn port_state(self, port: char) -> ffi::avr_ioport_state_t {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::mem::MaybeUninit;
 
-use super::{Cpu, Driven};
+use super::{Cpu, Driven, Outputs};
 
 // The GNU C library's.
 unsafe extern "C" {
@@ -21,6 +21,7 @@ pub(crate) struct Snapshot {
     irqs: Box<[(u32, u8)]>,
     fault: Option<String>,
     driven: BTreeMap<char, Driven>,
+    outputs: BTreeMap<char, Outputs>,
 }
 
 impl Cpu {
@@ -34,8 +35,9 @@ impl Cpu {
         let irqs = self.irqs().map(|irq| unsafe { ((*irq).value, (*irq).flags) }).collect();
         // SAFETY: `control` lives as long as the instance, and the reference ends here.
         let control = unsafe { &*self.control() };
-        let (number, fault, driven) = (control.number, control.fault.clone(), control.driven.clone());
-        Snapshot { number, structure, data: self.with_data(|data| data.into()), irqs, fault, driven }
+        let (driven, outputs) = (control.driven.clone(), control.outputs.clone());
+        let (number, fault) = (control.number, control.fault.clone());
+        Snapshot { number, structure, data: self.with_data(|data| data.into()), irqs, fault, driven, outputs }
     }
 
     /// # Panics
@@ -44,7 +46,8 @@ impl Cpu {
         // SAFETY: `control` lives as long as the instance.
         let control = unsafe { &mut *self.control() };
         assert_eq!(control.number, snapshot.number, "a snapshot is of one instance");
-        (control.fault, control.driven) = (snapshot.fault, snapshot.driven);
+        (control.fault, control.driven, control.outputs) =
+            (snapshot.fault, snapshot.driven, snapshot.outputs);
         // SAFETY: the bytes were copied from this structure, so it has that size. Pointers among them are
         // valid: nothing that they point to is freed before the instance is.
         unsafe {

@@ -1,6 +1,6 @@
 //! The registers, vectors and pins of the timers.
 
-use super::Pin;
+use super::{Pin, Port};
 
 #[derive(Debug)]
 pub(crate) struct TimerRegisters {
@@ -35,7 +35,9 @@ pub(crate) enum Control {
 #[derive(Debug)]
 pub(crate) struct Compare {
     pub register: u16,
-    pub pin: Pin,
+    /// Its pin: the port, and the bit.
+    pub port: Port,
+    pub bit: u8,
     pub vector: u8,
 }
 
@@ -53,9 +55,13 @@ const fn pin(port: char, bit: u8) -> Pin {
     Pin { port, bit }
 }
 
-const fn compare(register: u16, pin: Pin, vector: u8) -> Compare {
-    Compare { register, pin, vector }
+const fn compare(register: u16, port: Port, bit: u8, vector: u8) -> Compare {
+    Compare { register, port, bit, vector }
 }
+
+/// The ports that have pins of compare units.
+const PORT_B: Port = Port { name: 'B', pins: 0x36 };
+const PORT_E: Port = Port { name: 'E', pins: 0x21 };
 
 /// AS0 in ASSR.
 const CRYSTAL: (u16, u8) = (0x50, 0x08);
@@ -65,7 +71,7 @@ pub(crate) const ATMEGA128: &[TimerRegisters] = &[
         name: '0',
         control: Control::Narrow { tccr: 0x53, crystal: Some(CRYSTAL) },
         counter: 0x52,
-        compare: &[compare(0x51, pin('B', 4), 15)],
+        compare: &[compare(0x51, PORT_B, 4, 15)],
         overflow: 16,
         capture: None,
         prescaler: [None, Some(0), Some(3), Some(5), Some(6), Some(7), Some(8), Some(10)],
@@ -77,11 +83,7 @@ pub(crate) const ATMEGA128: &[TimerRegisters] = &[
         name: '1',
         control: Control::Wide { a: 0x4f, b: 0x4e, c: 0x7a },
         counter: 0x4c,
-        compare: &[
-            compare(0x4a, pin('B', 5), 12),
-            compare(0x48, pin('B', 6), 13),
-            compare(0x78, pin('B', 7), 24),
-        ],
+        compare: &[compare(0x4a, PORT_B, 5, 12), compare(0x48, PORT_B, 6, 13), compare(0x78, PORT_B, 7, 24)],
         overflow: 14,
         capture: Some(Capture { register: 0x46, pin: pin('D', 4), vector: 11 }),
         prescaler: PRESCALER,
@@ -93,7 +95,7 @@ pub(crate) const ATMEGA128: &[TimerRegisters] = &[
         name: '2',
         control: Control::Narrow { tccr: 0x45, crystal: None },
         counter: 0x44,
-        compare: &[compare(0x43, pin('B', 7), 9)],
+        compare: &[compare(0x43, PORT_B, 7, 9)],
         overflow: 10,
         capture: None,
         prescaler: PRESCALER,
@@ -105,11 +107,7 @@ pub(crate) const ATMEGA128: &[TimerRegisters] = &[
         name: '3',
         control: Control::Wide { a: 0x8b, b: 0x8a, c: 0x8c },
         counter: 0x88,
-        compare: &[
-            compare(0x86, pin('E', 3), 26),
-            compare(0x84, pin('E', 4), 27),
-            compare(0x82, pin('E', 5), 28),
-        ],
+        compare: &[compare(0x86, PORT_E, 3, 26), compare(0x84, PORT_E, 4, 27), compare(0x82, PORT_E, 5, 28)],
         overflow: 29,
         capture: Some(Capture { register: 0x80, pin: pin('E', 7), vector: 25 }),
         prescaler: PRESCALER,

@@ -12,7 +12,7 @@ mod mode;
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, WrappedWrites, make_plain};
-use crate::part::{Control, Pin, TimerRegisters};
+use crate::part::{Compare, Control, TimerRegisters};
 use crate::repair::interrupt;
 use mode::{Kind, Mode, Top};
 
@@ -85,6 +85,9 @@ pub(crate) struct Timer {
     /// The levels last seen at the pins of the capture unit and of the clock.
     capture_level: bool,
     clock_level: bool,
+    /// The levels that the compare units output (register OCnx), and whether each drives its pin.
+    outputs: [bool; 3],
+    drives: [bool; 3],
 }
 
 /// Makes a one clear a flag that lies beside another timer's, as OCF1C does in ETIFR: simavr tells writes
@@ -127,6 +130,8 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static TimerRegisters) -> Option<Att
         high: 0,
         capture_level: false,
         clock_level: false,
+        outputs: [false; 3],
+        drives: [false; 3],
     };
     let writes = registers.all();
     make_plain(cpu, &writes);
@@ -150,6 +155,7 @@ impl Timer {
         (self.stands_at, self.done, self.blocked) = (0, 0, None);
         (self.compared, self.buffered, self.icr) = ([0; 3], [0; 3], 0);
         self.high = 0;
+        (self.outputs, self.drives) = ([false; 3], [false; 3]);
     }
 
     // --- The counter ----------------------------------------------------------------------------
@@ -295,6 +301,7 @@ impl Timer {
         }
         self.mode = mode;
         self.done = position;
+        self.connect(cpu);
     }
 
     // --- The pins -------------------------------------------------------------------------------
@@ -314,26 +321,43 @@ impl Timer {
         }
     }
 
-    /// Changes the pin of a unit at a match, or at a forced one. On the way down PWM does the opposite of
+    /// Changes the output of a unit at a match, or at a forced one. On the way down PWM does the opposite of
     /// what it does on the way up.
-    fn change_pin(&self, cpu: Cpu, unit: usize) {
-        let Pin { port, bit } = self.registers.compare[unit].pin;
+    fn change_output(&mut self, cpu: Cpu, unit: usize) {
         let goes_down = matches!(self.way, Way::Down(_));
         match self.output(cpu, unit) {
             Output::Port => {}
-            Output::Toggle => cpu.output_pin(port, bit, cpu.pins(port) & 1 << bit == 0),
-            Output::Clear => cpu.output_pin(port, bit, goes_down),
-            Output::Set => cpu.output_pin(port, bit, !goes_down),
+            Output::Toggle => self.set_output(cpu, unit, !self.outputs[unit]),
+            Output::Clear => self.set_output(cpu, unit, goes_down),
+            Output::Set => self.set_output(cpu, unit, !goes_down),
         }
     }
 
     /// Fast PWM begins its pulses at the bottom.
-    fn begin_pulses(&self, cpu: Cpu) {
-        for (unit, Pin { port, bit }) in self.registers.compare.iter().map(|unit| unit.pin).enumerate() {
+    fn begin_pulses(&mut self, cpu: Cpu) {
+        for unit in 0..self.registers.compare.len() {
             match self.output(cpu, unit) {
                 Output::Port | Output::Toggle => {}
-                Output::Clear => cpu.output_pin(port, bit, true),
-                Output::Set => cpu.output_pin(port, bit, false),
+                Output::Clear => self.set_output(cpu, unit, true),
+                Output::Set => self.set_output(cpu, unit, false),
+            }
+        }
+    }
+
+    fn set_output(&mut self, cpu: Cpu, unit: usize, level: bool) {
+        let &Compare { port, bit, .. } = &self.registers.compare[unit];
+        self.outputs[unit] = level;
+        cpu.output_pin(port, bit, level);
+    }
+
+    /// Connects units to their pins, and disconnects them, as the control registers have it.
+    fn connect(&mut self, cpu: Cpu) {
+        for (unit, &Compare { port, bit, .. }) in self.registers.compare.iter().enumerate() {
+            let drives = self.output(cpu, unit) != Output::Port;
+            match (std::mem::replace(&mut self.drives[unit], drives), drives) {
+                (false, true) => cpu.output_pin(port, bit, self.outputs[unit]),
+                (true, false) => cpu.release_pin(port, bit),
+                _ => {}
             }
         }
     }
@@ -349,7 +373,7 @@ impl Timer {
                 if let Some(vector) = self.compare[unit] {
                     cpu.raise(vector);
                 }
-                self.change_pin(cpu, unit);
+                self.change_output(cpu, unit);
             }
         }
         if position == 1 {
@@ -459,10 +483,10 @@ impl Timer {
     }
 
     /// FOCnx are strobes, and work only in a mode without PWM. The highest bit is unit A's.
-    fn force(&self, cpu: Cpu, value: u8) {
+    fn force(&mut self, cpu: Cpu, value: u8) {
         for unit in 0..self.registers.compare.len() {
             if !self.mode.is_pwm() && value & FOC >> unit != 0 {
-                self.change_pin(cpu, unit);
+                self.change_output(cpu, unit);
             }
         }
     }

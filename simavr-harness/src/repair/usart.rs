@@ -6,10 +6,10 @@
 //! USARTs can deliver a byte at the end of its frame. That code also decides whether a module hears its own
 //! transmission.
 //!
-//! Simplified: an overrun, which happens at the start bit of the frame that is too many, shows at the end of
-//! that frame. What the program has read meanwhile can't be lost any more, so the new frame is lost in its
-//! place. A character of another length than the receiver's frames is taken to have 8 data bits and one stop
-//! bit, and what it leads to beyond the first frame is not received.
+//! Simplified: an overrun, which happens at the start bit of the frame that is too many, shows at the end
+//! of that frame. What the program has read meanwhile can't be lost any more, so the new frame is lost in
+//! its place. Parity is never wrong. A character of another length than the receiver's frames is taken to
+//! have 8 data bits and one stop bit, and what it leads to beyond the first frame is not received.
 
 use std::collections::VecDeque;
 
@@ -91,6 +91,8 @@ const RXEN: u8 = 0x10;
 const TXEN: u8 = 0x08;
 const UCSZ2: u8 = 0x04;
 // UCSRnC
+/// UMSELn, which is two bits on later parts; the upper one is reserved on the ATmega128.
+const SYNCHRONOUS: u8 = 0xc0;
 const EIGHT_BITS: u8 = 0x06;
 
 /// Replaces simavr's USART by the harness's. `None`: the part has no such vectors.
@@ -109,7 +111,7 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static UsartRegisters) -> Option<Att
         receiver: Receiver::default(),
         counts: UsartCounts::default(),
     };
-    Some(Attached::new(cpu, usart, &[udr, ucsra, ucsrb], &[udr]))
+    Some(Attached::new(cpu, usart, &[udr, ucsra, ucsrb, ucsrc], &[udr]))
 }
 
 impl Receiver {
@@ -134,6 +136,12 @@ impl UsartRegisters {
         if nine_bits { 9 } else { 5 + u64::from(cpu.data(self.ucsrc) >> 1 & 3) }
     }
 
+    /// The bits of a byte that a frame has.
+    fn data(&self, cpu: Cpu, value: u8) -> u8 {
+        let left_out = 8_u64.saturating_sub(self.data_bits(cpu));
+        value & u8::MAX >> left_out
+    }
+
     fn parity_bits(&self, cpu: Cpu) -> u64 {
         u64::from(cpu.data(self.ucsrc) & 0x30 != 0)
     }
@@ -149,7 +157,7 @@ impl UsartRegisters {
     fn hear(&self, cpu: Cpu, Character { value, start, end }: Character) -> Received {
         let length = end.saturating_sub(start).max(1);
         if self.frame_cycles(cpu).abs_diff(length) * 50 <= length {
-            return Received { value, has_framing_error: false };
+            return Received { value: self.data(cpu, value), has_framing_error: false };
         }
         let bit_cycles = self.bit_cycles(cpu);
         let level_in_bit = |bit: u64| {
@@ -218,6 +226,7 @@ impl Usart {
     /// Moves the buffered byte to the idle shift register.
     fn shift_out(&mut self, cpu: Cpu, start: u64) {
         let Some(value) = self.transmitter.buffer.take() else { return };
+        let value = self.registers.data(cpu, value);
         let end = start + self.registers.frame_cycles(cpu);
         self.transmitter.shifting_until = Some(end);
         self.transmitter.sent.push(Character { value, start, end });
@@ -274,11 +283,24 @@ impl Usart {
     }
 
     fn write_status(&mut self, cpu: Cpu, value: u8) {
+        if value & MPCM != 0 {
+            cpu.report("MPCM set in UCSRA: frames with addresses are not simulated");
+        }
         let kept = cpu.data(self.registers.ucsra) & !(U2X | MPCM) & !(value & TXC);
         cpu.set_data(self.registers.ucsra, kept | value & (U2X | MPCM));
     }
 
+    fn write_format(&self, cpu: Cpu, value: u8) {
+        if value & SYNCHRONOUS != 0 {
+            cpu.report("UMSEL set in UCSRC: a synchronous USART is not simulated");
+        }
+        cpu.set_data(self.registers.ucsrc, value);
+    }
+
     fn write_control(&mut self, cpu: Cpu, value: u8) {
+        if value & UCSZ2 != 0 {
+            cpu.report("UCSZ2 set in UCSRB: a ninth data bit is not simulated");
+        }
         let was_on = self.receiver_is_on(cpu);
         cpu.set_data(self.registers.ucsrb, value);
         if value & RXEN == 0 {
@@ -296,6 +318,8 @@ impl Device for Usart {
             self.write_data(cpu, value);
         } else if address == self.registers.ucsra {
             self.write_status(cpu, value);
+        } else if address == self.registers.ucsrc {
+            self.write_format(cpu, value);
         } else {
             self.write_control(cpu, value);
         }
