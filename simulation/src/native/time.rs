@@ -53,15 +53,18 @@ pub fn transfer(payload: usize) -> u64 {
     (2 + 9 * (5 + payload as u64)) * I2C_BIT
 }
 
-// What the programs take in simavr, read off the events and characters of a chain of three; tests/simavr
-// holds both engines together.
+// What the programs take in simavr; tests/simavr holds both engines together. RECEIVE, SEND,
+// CROSS_BEFORE, CROSS_AFTER, WAKE and ACT are means over the beats of a chain of three, by `./x sim chain
+// --modules 3 --world none --trace FILE --trace-of 0.master,1.master,1.slave`: from the end of a frame at
+// a dock to "ready" of HORMONE, from there to the hormone's arrow, and so on along its way to the next
+// wire. NEXT is of the second module of `four-legs`, which passes a hormone on three times.
 
 /// From a module's power, or from the end of a reset, to its first tick. Folding SRAM to a nonce takes most
 /// of it.
 pub const START: u64 = micros(3000);
 
 /// From the end of a frame until its message is in the mailbox that it is for, and an ACK goes out.
-pub const RECEIVE: u64 = micros(115);
+pub const RECEIVE: u64 = micros(110);
 
 /// From the end of an ACK until its message counts as delivered.
 pub const RECEIVE_ACK: u64 = micros(100);
@@ -70,19 +73,20 @@ pub const RECEIVE_ACK: u64 = micros(100);
 pub const SENT: u64 = micros(60);
 
 /// From a mailbox's message to the first bit on the wire.
-pub const SEND: u64 = micros(118);
+pub const SEND: u64 = micros(86);
 
-/// The time of a transfer between the MCUs that is not spent on the bus: before it, and after.
-pub const CROSS_BEFORE: u64 = micros(90);
-pub const CROSS_AFTER: u64 = micros(90);
+/// The time of a transfer between the MCUs that is not spent on its bits: before it, together with what both
+/// programs take between its bytes, and after.
+pub const CROSS_BEFORE: u64 = micros(84);
+pub const CROSS_AFTER: u64 = micros(91);
 
 /// From a mailbox's message to HORMONE or AC_RECV until it acts on it.
-pub const WAKE: u64 = micros(175);
+pub const WAKE: u64 = micros(226);
 
-/// From then to the first message that HORMONE sends, and from one to the next: tasks of higher priority pass
-/// the first one on.
-pub const ACT: u64 = micros(162);
-pub const NEXT: u64 = micros(216);
+/// From then until the first message that HORMONE sends is in a mailbox, and from one to the next, while
+/// tasks of higher priority pass the first one on.
+pub const ACT: u64 = micros(36);
+pub const NEXT: u64 = micros(184);
 
 /// From one probe of AC_SEND to the next, and to a message of AC_RECV.
 pub const TELL: u64 = micros(100);
