@@ -21,7 +21,8 @@
 //! - No code writes into pushed registers or return addresses, or to SPL and SPH through a pointer.
 //! - An interrupt may occur anywhere in a task; elsewhere only from an instruction that enables interrupts up
 //!   to one that masks them. A function that writes SREG writes a value that it has read there, if it has
-//!   read any, or one whose interrupt flag it has set or cleared itself; else the write may enable interrupts.
+//!   read any, or one whose interrupt flag it has set or cleared itself; else the write may enable
+//!   interrupts.
 //! - While a handler has interrupts enabled within a function, its own interrupt does not reach that function
 //!   again: the tick does not expire timers while it expires timers.
 //! - Only `kernel_switch` moves to another task's stack; it comes back to contexts whose stack pointer it has
