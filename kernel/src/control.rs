@@ -123,8 +123,8 @@ impl TaskHandle {
     /// Ends the task where it is. Nothing that it owns is dropped: its messages and other values are lost for
     /// good, and what it was doing stays half done. Its stack stays as it is, because values there may be
     /// pinned, or lent to a device: see [`reuse`](Self::reuse). A task may kill itself. A signal that has
-    /// woken it, and on which it has not acted yet, is lost: a queue stays one message behind then, and a pipe
-    /// one byte, or it has one place less.
+    /// woken it, and on which it has not acted yet, is lost: a queue stays one message behind then, and a
+    /// pipe one byte, or it has one place less.
     ///
     /// Linear in the number of ready tasks of its priority, of tasks that wait for the same object, and of
     /// armed timers, preemptible between steps.
