@@ -37,6 +37,16 @@ const TIMSK: u16 = 0x57;
 const MCUCR: u16 = 0x55;
 const XDIV: u16 = 0x5c;
 const SPMCSR: u16 = 0x68;
+/// Those of Timer0's crystal, of special functions, of the comparator and of the USARTs.
+const ASSR: u16 = 0x50;
+const SFIOR: u16 = 0x40;
+const ACSR: u16 = 0x28;
+const UCSR0A: u16 = 0x2b;
+const UCSR0B: u16 = 0x2a;
+const UCSR0C: u16 = 0x95;
+const UCSR1A: u16 = 0x9b;
+const UCSR1B: u16 = 0x9a;
+const UCSR1C: u16 = 0x9d;
 /// Data addresses of the registers of devices, and of the status register.
 const DEVICES: std::ops::Range<u16> = 0x20..0xa0;
 /// The ATmega128's vectors.
@@ -118,7 +128,9 @@ impl Program {
                 let address = self.register();
                 self.words.extend([LDS | first << 4, address]);
             }
-            3 => self.words.push([SBI, CBI][self.random.below(2)] | port << 3 | bit),
+            3 if crashing(DEVICES.start + port) >> bit & 1 == 0 => {
+                self.words.push([SBI, CBI][self.random.below(2)] | port << 3 | bit);
+            }
             4 => self.words.extend([[SBIS, SBIC][self.random.below(2)] | port << 3 | bit, NOP]),
             5 => self.words.push(ADD | first << 4 | second),
             6 => self.words.extend([CPSE | first << 4 | second, NOP]),
@@ -150,6 +162,12 @@ fn crashing(address: u16) -> u8 {
         MCUCR => 0x9e,
         XDIV => 0x80,
         SPMCSR => 0x01,
+        ASSR => 0x08,
+        SFIOR => 0x8c,
+        ACSR => 0x4c,
+        UCSR0A | UCSR1A => 0x01,
+        UCSR0B | UCSR1B => 0x04,
+        UCSR0C | UCSR1C => 0xc0,
         _ => 0,
     }
 }

@@ -104,13 +104,15 @@ fn behave(task: &mut Task, api: Api) -> Never {
         hear(task);
     }
     ask(task, api, Request::Latch(Dock::Left, End::Latched));
-    // A neighbour supplies power, and then stops: the charger gives up, and the switch opens.
+    // A neighbour supplies power, and then stops: the charger gives up, and the switch opens. At first the
+    // switch waits, for the battery is on the other MCU.
     if api.request(task, TaskCode::HORMONE, Request::Charge { is_on: true }).is_err() {
         mark(0x7f);
     }
     ask(task, api, Request::Power { dock: Dock::Left, is_on: true });
-    hear(task);
-    hear(task);
+    for _ in 0..3 {
+        hear(task);
+    }
     finish()
 }
 
