@@ -18,6 +18,7 @@ pub mod target;
 pub mod times;
 
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::Arc;
 
 use simavr_harness::{Image, Images, Mcu, Part};
@@ -36,6 +37,15 @@ pub fn checked_arguments() -> (bool, Vec<String>) {
     let mut arguments = arguments().peekable();
     let only_checks = arguments.next_if(|first| first == "--check").is_some();
     (only_checks, arguments.collect())
+}
+
+/// The number that the environment has by this name, if it has one.
+///
+/// # Panics
+/// When it is no such number.
+pub fn setting<T: FromStr>(name: &str) -> Option<T> {
+    let value = std::env::var(name).ok()?;
+    Some(value.parse().unwrap_or_else(|_| panic!("{name} is a number, not {value}")))
 }
 
 /// The test image of this name, where `./x test` puts it.

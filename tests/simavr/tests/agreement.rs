@@ -10,7 +10,7 @@ use hormone::event::Event as Did;
 use hormone::gait::GaitName;
 use simavr_harness::{Engine, RobotBuilder};
 use simulation::{Change, Event, Face, Mcus, Native, Random, Robot, Run, Shape, Wiring, faults};
-use superbot_tests_simavr::{MILLISECOND, firmware};
+use superbot_tests_simavr::{MILLISECOND, firmware, setting};
 use tasks::dock::Dock;
 
 /// How many robots are tried, unless `SUPERBOT_ROBOTS` says otherwise.
@@ -185,11 +185,10 @@ fn differences(seed: u64, tells: bool) -> String {
 
 #[test]
 fn robots_made_up_by_chance_do_the_same_in_both_engines() {
-    let number = |name| std::env::var(name).ok().map(|text| text.parse::<u64>().expect("it is a number"));
-    if let Some(seed) = number("SUPERBOT_ROBOT") {
+    if let Some(seed) = setting("SUPERBOT_ROBOT") {
         return eprintln!("{}", differences(seed, true));
     }
-    let different: Vec<String> = (0..number("SUPERBOT_ROBOTS").unwrap_or(ROBOTS))
+    let different: Vec<String> = (0..setting("SUPERBOT_ROBOTS").unwrap_or(ROBOTS))
         .map(|seed| differences(seed, false))
         .filter(|lines| !lines.is_empty())
         .collect();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use simavr_harness::{Controller, Engine, Face, Holder, Image, Images, Mcu, Place, Robot, RobotBuilder};
 use simulation::{Random, Robot as _};
-use superbot_tests_simavr::{MILLISECOND, images};
+use superbot_tests_simavr::{MILLISECOND, images, setting};
 use tasks::dock::Dock;
 
 /// How many images are tried, unless `SUPERBOT_FLIPPED` says otherwise, and for how long each runs.
@@ -67,7 +67,7 @@ fn mcu(robot: &mut Robot, controller: Controller) -> &mut Mcu {
 
 #[test]
 fn no_flipped_bit_breaks_the_simulator() {
-    let number = std::env::var("SUPERBOT_FLIPPED").ok().map(|text| text.parse().expect("it is a number"));
+    let number = setting("SUPERBOT_FLIPPED");
     let read = |name: &str| std::fs::read(images().join(name)).expect("./x build leaves it");
     let [master, slave] = ["firmware-master.elf", "firmware-slave.elf"].map(read);
     let [whole_master, whole_slave] =

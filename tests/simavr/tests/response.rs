@@ -4,7 +4,7 @@
 use simavr_harness::Controller;
 use simavr_harness::bench::module::busy::{self, Seen};
 use superbot_tests_simavr::bounds::{Noted, notes};
-use superbot_tests_simavr::images;
+use superbot_tests_simavr::{images, setting};
 use time_bound::{Costs, Releases, Responses};
 
 /// The bounds computed from an MCU's image.
@@ -36,7 +36,7 @@ fn no_byte_is_lost_at_any_line_for_an_interrupt_that_is_too_late() {
 
 #[test]
 fn neither_the_joints_control_nor_interrupts_take_longer_than_was_computed() {
-    let seconds = std::env::var("SUPERBOT_BUSY").map_or(busy::SECONDS, |text| text.parse().expect("seconds"));
+    let seconds = setting("SUPERBOT_BUSY").unwrap_or(busy::SECONDS);
     let seen = busy::measure(&images(), seconds).expect("the module is busy");
     println!("MCU     what                  bound  longest  bound over longest");
     for Seen { controller, control, waited } in seen {

@@ -7,13 +7,12 @@
 //! their travel at most.
 
 use std::fmt;
-use std::str::FromStr;
 
 use hormone::action::Action;
 use plants::geometry::{self, Dock as Place};
 use simavr_harness::{Engine, Physics, RobotBuilder, Terrain, Variation};
 use simulation::{Change, Event, MILLISECOND, Native, Placing, Random, Robot, Run, Scenario};
-use superbot_tests_simavr::firmware;
+use superbot_tests_simavr::{firmware, setting};
 
 const SECOND: u64 = 1000 * MILLISECOND;
 
@@ -142,14 +141,10 @@ fn natively(scenario: &Scenario, variations: &[Variation], seed: u64) -> Outcome
     outcome(Native::new(scenario.wiring.clone(), seed, POWER_UP_WITHIN).within(world), scenario)
 }
 
-/// A number from the environment, or else `usual`.
-fn asked<T: FromStr>(name: &str, usual: T) -> T {
-    std::env::var(name).ok().and_then(|number| number.parse().ok()).unwrap_or(usual)
-}
-
 #[test]
 fn a_chain_on_its_side_becomes_a_ring_and_a_chain_again_natively() {
-    let (robots, turned) = (asked("SUPERBOT_ROBOTS", 2), asked("SUPERBOT_TURNED", 0.0));
+    let (robots, turned) =
+        (setting("SUPERBOT_ROBOTS").unwrap_or(2), setting("SUPERBOT_TURNED").unwrap_or(0.0));
     let scenario = if turned > 0.0 { missing([0.0; 3]) } else { scenario() };
     let turned: Variation = format!("potentiometer={turned}%").parse().expect("it is a variation");
     let mut rings = 0;
@@ -164,7 +159,7 @@ fn a_chain_on_its_side_becomes_a_ring_and_a_chain_again_natively() {
 
 #[test]
 fn ends_that_miss_each_other_find_each_other_natively() {
-    let robots = asked("SUPERBOT_ROBOTS", 2);
+    let robots = setting("SUPERBOT_ROBOTS").unwrap_or(2);
     let mut rings = 0;
     for seed in 1..=robots {
         let miss = miss(seed);
@@ -191,7 +186,7 @@ fn a_chain_on_its_side_becomes_a_ring_and_a_chain_again_by_its_images() {
 
 #[test]
 fn ends_that_miss_each_other_find_each_other_by_their_images() {
-    for seed in 1..=asked("SUPERBOT_RINGS", 1) {
+    for seed in 1..=setting("SUPERBOT_RINGS").unwrap_or(1) {
         let miss = miss(seed);
         let outcome = by_its_images(&missing(miss), seed);
         println!("{seed}: {}: {outcome}", told(miss));

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use fastrand::Rng;
+use superbot_tests_simavr::setting;
 use superbot_tests_simavr::stacks::{paint, stacks};
 use superbot_tests_simavr::storm::rage;
 use superbot_tests_simavr::target::TARGETS;
@@ -37,9 +38,4 @@ fn no_interrupt_at_any_place_restarts_an_mcu_or_overruns_a_stack() {
             assert!(used <= bound, "{name}: {used} bytes used of {}", stack.bound);
         }
     }
-}
-
-fn setting(name: &str) -> Option<u64> {
-    let value = std::env::var(name).ok()?;
-    Some(value.parse().unwrap_or_else(|_| panic!("{name} is a number, not {value}")))
 }

@@ -171,13 +171,13 @@ fn come_in(engine: &mut Engine, load: Load, random: &mut Random, came: &mut Came
         let mcu = mcu(engine, controller)?;
         let first = now + random.below(BYTE as usize) as u64;
         let starts = (first..=now + TURN - BYTE).step_by(BYTE as usize);
-        let mut values = (0..).flat_map(|number| match load {
+        let values = (0..).flat_map(|number| match load {
             Load::Alternating => alternating(number),
             Load::Frames => frame(number, random),
             Load::Babble => vec![random.below(256) as u8 * u8::from(!random.chance(0.25))],
             Load::Zeros => vec![0],
         });
-        for (start, value) in starts.zip(&mut values) {
+        for (start, value) in starts.zip(values) {
             let character = Character { value, start, end: start + BYTE };
             mcu.receive(port, character);
             came.push((controller, port, character));
