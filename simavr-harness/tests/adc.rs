@@ -1,8 +1,6 @@
 //! Tests the duration of conversions, and their results.
 
-mod common;
-
-use common::{build_with, mcu};
+use crate::common::{build_with, mcu};
 use simavr_harness::{Mcu, State};
 
 const AVCC: u8 = 0x40;

@@ -1,11 +1,9 @@
 //! Tests the record of which instructions ran, and which way they went.
 
-mod common;
-
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use common::{build_with, mcu};
+use crate::common::{build_with, mcu};
 use simavr_harness::{Image, Kind, Place, State, Ways};
 
 const NEVER: Ways = Ways { on: false, away: false };

@@ -1,8 +1,6 @@
 //! Tests the duration of writes to the EEPROM, and EE_READY.
 
-mod common;
-
-use common::{build_with, marked, mcu, mcu_of};
+use crate::common::{build_with, marked, mcu, mcu_of};
 use simavr_harness::{Mcu, Part, Reset, State};
 
 const EEWE: u8 = 0x02;

@@ -1,9 +1,7 @@
 //! Tests of the ATmega128's external interrupts (datasheet, "External Interrupts"): every sense, at every
 //! pin.
 
-mod common;
-
-use common::{build_with, marked, mcu};
+use crate::common::{build_with, marked, mcu};
 use simavr_harness::{Mcu, Pin};
 
 const EIFR: u16 = 0x58;

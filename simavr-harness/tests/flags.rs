@@ -1,10 +1,8 @@
 //! Tests that a program clears a timer's flag by a one written to it, and no other flag.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{build_for, marked};
+use crate::common::{build_for, marked};
 use simavr_harness::{Mcu, Part, State};
 
 /// Runs the program in both interpreters. Returns what it finds in each register of flags: before it clears

@@ -1,8 +1,6 @@
 //! Tests the response time of interrupts, and when they fire, against the datasheet.
 
-mod common;
-
-use common::{build_with, marked, mcu, mcu_of};
+use crate::common::{build_with, marked, mcu, mcu_of};
 use simavr_harness::{Mcu, Part, Pin, State};
 
 const HANDLER: u8 = 0xaa;

@@ -1,8 +1,6 @@
 //! Tests that masked windows are measured to the cycle.
 
-mod common;
-
-use common::{build, mcu};
+use crate::common::{build, mcu};
 use simavr_harness::{OpenedBy, Place, State};
 
 #[test]

@@ -1,11 +1,9 @@
 //! Tests that PINx of the ATmega128 is read-only, and that on later parts a write to it toggles PORTx.
 //! Pins that a part does not have, and addresses without a register, do nothing.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{build_for, marked, mcu_of};
+use crate::common::{build_for, marked, mcu_of};
 use simavr_harness::{Image, Mcu, Part, Pin, State};
 
 #[test]

@@ -1,12 +1,10 @@
 //! Tests a single program: its image, its memory, its end and its resets.
 
-mod common;
-
 use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;
 
-use common::{build, build_with, marked, mcu};
+use crate::common::{build, build_with, marked, mcu};
 use simavr_harness::{Image, Mcu, Part, Pin, Place, Reset, State};
 
 const PORF: u8 = 0x01;

@@ -1,9 +1,7 @@
 //! Tests modules that are attached to each other: their communication, and that only the seed decides
 //! the outcome of a run.
 
-mod common;
-
-use common::build_with;
+use crate::common::build_with;
 use simavr_harness::{
     Controller, Engine, Event, Face, Faults, Images, LinkCounts, Pin, Robot, RobotBuilder, RobotError,
     WiringError,

@@ -1,8 +1,6 @@
 //! Tests a serial port that a program makes of two pins, with bytes as edges.
 
-mod common;
-
-use common::{build_with, marked, mcu};
+use crate::common::{build_with, marked, mcu};
 use simavr_harness::{Character, Mcu, Pin, Reset, SerialPinCounts, SerialPins};
 
 /// 8N1 at 38400 baud: ten bits of 416 2/3 cycles.

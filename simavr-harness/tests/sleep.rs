@@ -1,8 +1,6 @@
 //! Tests that sleep is passed in one jump, exact to the cycle.
 
-mod common;
-
-use common::{build, mcu};
+use crate::common::{build, mcu};
 use simavr_harness::bench::simulator::instructions;
 
 const MILLISECOND: u64 = 16_000;

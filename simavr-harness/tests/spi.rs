@@ -1,8 +1,6 @@
 //! Tests of the ATmega128's SPI as a master (datasheet, "Serial Peripheral Interface").
 
-mod common;
-
-use common::{build_with, marked, mcu};
+use crate::common::{build_with, marked, mcu};
 use simavr_harness::{Pin, State};
 
 const MISO: Pin = Pin { port: 'B', bit: 3 };

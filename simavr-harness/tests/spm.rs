@@ -1,8 +1,6 @@
 //! Tests that "Store Program Memory Ready" fires as long as it is enabled, after all other interrupts.
 
-mod common;
-
-use common::{build, marked, mcu};
+use crate::common::{build, marked, mcu};
 use simavr_harness::State;
 
 #[test]

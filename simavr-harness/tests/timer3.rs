@@ -1,8 +1,6 @@
 //! Tests of Timer3 (ATmega128 datasheet, "16-bit Timer/Counter"): its counter is set by the program.
 
-mod common;
-
-use common::{build_with, mcu};
+use crate::common::{build_with, mcu};
 use simavr_harness::Pin;
 
 /// The first mark after that of the counter's setting, and the cycles between the two, in which it counts.

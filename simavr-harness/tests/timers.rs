@@ -1,9 +1,7 @@
 //! Tests of the ATmega128's timers (datasheet, "8-bit Timer/Counter" and "16-bit Timer/Counter"): when they
 //! interrupt, and what their compare units do to the pins, in each mode.
 
-mod common;
-
-use common::{build_with, mcu};
+use crate::common::{build_with, mcu};
 use simavr_harness::{Mcu, Pin};
 
 const MATCH: u8 = 2;

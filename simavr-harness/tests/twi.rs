@@ -1,10 +1,8 @@
 //! Tests that two MCUs on a bus see the status codes of the datasheet.
 
-mod common;
-
 use std::sync::Arc;
 
-use common::{build_with, marked, mcu};
+use crate::common::{build_with, marked, mcu};
 use simavr_harness::{Bus, BusCounts, Image, Mcu, Reset, State, lockstep};
 
 /// TWBR for 100 kHz at 16 MHz: 160 cycles a bit.

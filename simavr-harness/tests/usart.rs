@@ -1,8 +1,6 @@
 //! Tests the duration of a USART's frames, and the size of its buffers, against the datasheet.
 
-mod common;
-
-use common::{build_with, marked, mcu, mcu_of};
+use crate::common::{build_with, marked, mcu, mcu_of};
 use simavr_harness::{Character, Part, State};
 
 /// 8N1 at 38400 baud: ten bits of 416 cycles.

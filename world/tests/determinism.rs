@@ -1,14 +1,15 @@
 //! Tests that a run is reproducible to the bit.
 
-mod common;
-
 use std::env;
 use std::process::Command;
 
-use common::{chain, hash, run};
+use crate::common::{chain, hash, run};
 
 /// The environment variable of a process that only prints its hash.
 const TELLS: &str = "SUPERBOT_WORLD_TELLS";
+
+/// The test whose processes these are.
+const TEST: &str = "determinism::the_c_librarys_choice_of_functions_makes_no_difference";
 
 /// The hash of a chain that has wound on the ground.
 fn wound() -> u64 {
@@ -32,7 +33,7 @@ fn the_c_librarys_choice_of_functions_makes_no_difference() {
     }
     let told = |tunables: &str| {
         let output = Command::new(env::current_exe().unwrap())
-            .args(["--exact", "--nocapture", "the_c_librarys_choice_of_functions_makes_no_difference"])
+            .args(["--exact", "--nocapture", TEST])
             .env(TELLS, "1")
             .env("GLIBC_TUNABLES", tunables)
             .output()

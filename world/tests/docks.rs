@@ -1,8 +1,6 @@
 //! Tests docks that hold each other.
 
-mod common;
-
-use common::{at, chain, run};
+use crate::common::{at, chain, run};
 use plants::geometry::Dock;
 use plants::motor::SUPPLY_VOLTS;
 use world::{Face, Ground, World};

@@ -1,8 +1,6 @@
 //! Compares the world with closed formulas.
 
-mod common;
-
-use common::{at, run};
+use crate::common::{at, run};
 use plants::geometry::EDGE;
 use plants::motor::{GEAR_INERTIA, Motor, SLIDING_FRICTION, SUPPLY_VOLTS};
 use world::assumed::{FRICTION, GRAVITY, MODULE_MASS, SHELL};

@@ -1,8 +1,6 @@
 //! Tests obstacles on the ground, and properties that differ from module to module.
 
-mod common;
-
-use common::{at, run};
+use crate::common::{at, run};
 use plants::geometry::Dock;
 use plants::motor::{Motor, SUPPLY_VOLTS};
 use world::{Block, Face, Ground, Make, Placed, Steps, World, WorldError};

@@ -1,8 +1,6 @@
 //! Checks that joints and docks change neither the momentum nor the angular momentum of modules that fall.
 
-mod common;
-
-use common::at;
+use crate::common::at;
 use glam::{DAffine3, DQuat, DVec3};
 use plants::geometry::{Dock, EDGE};
 use plants::motor::SUPPLY_VOLTS;

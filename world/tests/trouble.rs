@@ -1,8 +1,6 @@
 //! Tests that a world that breaks reports when and where.
 
-mod common;
-
-use common::{at, chain};
+use crate::common::{at, chain};
 use plants::geometry::Dock;
 use world::{Block, Face, Ground, Moment, Placed, Trouble, World, WorldError};
 

@@ -1,8 +1,5 @@
 //! Builds the programs in `fixtures` with avr-gcc, and makes MCUs that run them.
 
-// Each test program includes this file and uses its own part of it.
-#![allow(dead_code)]
-
 use std::path::Path;
 use std::process::Command;
 use std::sync::Arc;

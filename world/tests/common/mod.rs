@@ -1,5 +1,4 @@
 //! Modules for the tests.
-#![allow(dead_code, reason = "no test uses all")]
 
 use glam::{DAffine3, DVec3};
 use plants::geometry::Dock;

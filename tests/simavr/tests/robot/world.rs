@@ -224,10 +224,10 @@ fn on_its_back_it_walks_on_at_half_its_speed_at_least() {
 #[test]
 fn a_ring_rolls_and_a_chain_a_human_and_a_module_alone_crawl_half_a_body_length_at_least() {
     for file in [
-        include_str!("../../../robots/gaits/rolling-track.toml"),
-        include_str!("../../../robots/gaits/caterpillar.toml"),
-        include_str!("../../../robots/gaits/single.toml"),
-        include_str!("../../../robots/gaits/human.toml"),
+        include_str!("../../../../robots/gaits/rolling-track.toml"),
+        include_str!("../../../../robots/gaits/caterpillar.toml"),
+        include_str!("../../../../robots/gaits/single.toml"),
+        include_str!("../../../../robots/gaits/human.toml"),
     ] {
         let Motion { distance, length, .. } = motions(file, &[9 * SECOND])[0];
         assert!(distance > length / 2.0, "{distance} m of {length}");

@@ -18,7 +18,7 @@ const TRUNK: [usize; 5] = [0, 1, 4, 5, 8];
 const TURNED_AFTER: u64 = PERIOD;
 
 fn scenario() -> Scenario {
-    Scenario::from_toml(include_str!("../../../robots/turned.toml")).expect("the file is right")
+    Scenario::from_toml(include_str!("../../../../robots/turned.toml")).expect("the file is right")
 }
 
 fn simavr(seed: u64, threads: usize) -> Engine {

@@ -88,7 +88,7 @@ fn outcome(robot: impl Robot, scenario: &Scenario) -> Outcome {
 }
 
 fn scenario() -> Scenario {
-    Scenario::from_toml(include_str!("../../../robots/ring-on-side.toml")).expect("the file is right")
+    Scenario::from_toml(include_str!("../../../../robots/ring-on-side.toml")).expect("the file is right")
 }
 
 /// By how much the ends of the robot with this seed miss each other.

@@ -36,7 +36,7 @@ impl Story {
     }
 
     fn ring(seed: u64, threads: usize) -> Self {
-        Self::of(include_str!("../../../robots/ring.toml"), seed, threads)
+        Self::of(include_str!("../../../../robots/ring.toml"), seed, threads)
     }
 
     /// When event `number` of the file happens.
@@ -129,7 +129,7 @@ fn a_chain_becomes_a_ring_and_a_chain_again() {
 /// all crawl. The native engine is disturbed at many more moments: simulation/tests.
 #[test]
 fn resets_at_any_time_change_nothing_of_what_becomes_of_the_robot() {
-    let mut text = String::from(include_str!("../../../robots/ring.toml"));
+    let mut text = String::from(include_str!("../../../../robots/ring.toml"));
     for (at, module) in [(6.0, 1), (20.6, 1), (29.0, 0), (29.0, 1)] {
         text += &format!("\n[[event]]\nat = {at}\nreset = {module}\n");
     }
@@ -148,7 +148,7 @@ fn resets_at_any_time_change_nothing_of_what_becomes_of_the_robot() {
 #[test]
 fn ends_that_do_not_meet_stay_apart() {
     let mut story =
-        Story::of(&include_str!("../../../robots/ring.toml").replace("modules = 6", "modules = 5"), 1, 1);
+        Story::of(&include_str!("../../../../robots/ring.toml").replace("modules = 6", "modules = 5"), 1, 1);
     let close = story.ordered_at(1);
     story.run_until(close + 10 * SECOND);
     let tail =
@@ -183,7 +183,7 @@ fn the_number_of_threads_makes_no_difference() {
 #[test]
 fn both_engines_tell_the_same_story() {
     let Scenario { wiring, timeline, .. } =
-        Scenario::from_toml(include_str!("../../../robots/ring.toml")).expect("the file is right");
+        Scenario::from_toml(include_str!("../../../../robots/ring.toml")).expect("the file is right");
     let mut run = Run::new(Native::new(wiring, 1, 0), timeline, SECOND);
     let mut story = Story::ring(1, 2);
     let end = story.ordered_at(2) + OPEN;

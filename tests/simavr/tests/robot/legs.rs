@@ -20,7 +20,7 @@ const MOST_PERIODS: f64 = 1.3;
 const LEGS: [usize; 9] = [6, 5, 4, 5, 6, 6, 6, 6, 6];
 
 fn scenario() -> Scenario {
-    Scenario::from_toml(include_str!("../../../robots/legs.toml")).expect("the file is right")
+    Scenario::from_toml(include_str!("../../../../robots/legs.toml")).expect("the file is right")
 }
 
 fn simavr() -> RobotBuilder {

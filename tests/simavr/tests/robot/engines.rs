@@ -155,8 +155,8 @@ fn motion(robot: impl Robot, scenario: &Scenario) -> Motion {
 fn in_a_world_robots_come_as_far_in_both_engines() {
     for file in [
         "shape = 'centipede'\nmodules = 10",
-        include_str!("../../../robots/gaits/caterpillar.toml"),
-        include_str!("../../../robots/gaits/serpentine.toml"),
+        include_str!("../../../../robots/gaits/caterpillar.toml"),
+        include_str!("../../../../robots/gaits/serpentine.toml"),
     ] {
         let scenario = Scenario::from_toml(file).expect("the file is right");
         let wiring = &scenario.wiring;
