@@ -23,9 +23,16 @@ pub struct Total {
     pub pairs: Findings,
 }
 
-/// The number of shares into which a path's sweep is divided. It is the same on any number of cores, so that
-/// the output is, too.
-const SHARES: usize = 8;
+impl Extent {
+    /// Into how many shares a path's sweep is divided, and every how many-th boundary is swept. It is the
+    /// same on any number of cores, so that the output is, too. Each share runs the image up to the path.
+    fn shares(self) -> (usize, usize) {
+        match self {
+            Extent::Whole => (8, 1),
+            Extent::Sample(step) => (2, step),
+        }
+    }
+}
 
 /// Sweeps every path of `programs`, and reports each as it is done.
 ///
@@ -85,19 +92,16 @@ fn line(program: &Program, path: u8, order: Order, findings: &Findings) -> Strin
 }
 
 fn sweep(subject: &Subject, path: u8, order: Order, extent: Extent) -> Findings {
-    let step = match extent {
-        Extent::Whole => 1,
-        Extent::Sample(step) => step,
-    };
+    let (shares, step) = extent.shares();
     let next = AtomicUsize::new(0);
     let work = || {
         let mut done = Vec::new();
         loop {
             let number = next.fetch_add(1, Ordering::Relaxed);
-            if number >= SHARES {
+            if number >= shares {
                 return done;
             }
-            let share = Share { number: number * step, of: SHARES * step };
+            let share = Share { number: number * step, of: shares * step };
             done.push((number, sweep_path(subject, path, order, share)));
         }
     };
