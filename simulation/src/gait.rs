@@ -1,7 +1,8 @@
 //! Judges whether a robot walks. Every module that hormones reach has to take up their letters in turn, one a
 //! beat, and do at each letter what the rules of its type say, in the [tables](mod@hormone::gait) that the
 //! robot itself goes by (for the centipede, the paper's Table 1). It also has to send what they say. The legs
-//! of a branch have to be in step with each other. A module whose rules depend on a sense has to act by it.
+//! of a branch have to be in step with each other, and a ring that elects its leader has to have one. A
+//! module whose rules depend on a sense has to act by it.
 //!
 //! A change of the robot disturbs the modules at which it happens, those around, and all that get their
 //! hormones by way of them; no others. These have one Period and the time of discovery to come right again, a
@@ -10,6 +11,9 @@
 //! Modules that may have to follow hormones by another way than before have time for that.
 //! Another change before they are right prolongs the time, to three times the longest of these at most.
 //! Whatever is wrong shows how long recovery took, and is a violation if it comes later than that.
+
+use std::iter::successors;
+use std::mem::replace;
 
 use hormone::action::Action;
 use hormone::case::Source;
@@ -50,6 +54,8 @@ pub struct Gait {
     felt_at: u64,
     /// How often a frame is sent, on average, until it and its ACK have arrived.
     tries: f64,
+    /// When lines last became good or bad.
+    lines_since: u64,
     tally: Tally,
     /// The most that the legs of a branch started apart, in cycles.
     pub skew_max: Option<u64>,
@@ -73,6 +79,7 @@ impl Gait {
             turned_at: 0,
             felt_at: 0,
             tries: 1.0,
+            lines_since: 0,
             tally: Tally::default(),
             skew_max: None,
             beats: 0,
@@ -279,9 +286,11 @@ impl Gait {
         }
     }
 
-    /// From now on there are lines that lose or change what goes over them, or none.
-    pub fn disturb_lines(&mut self, are_noisy: bool) {
-        self.tally.is_noisy = are_noisy;
+    /// From `now` on there are lines that lose or change what goes over them, or none.
+    pub fn disturb_lines(&mut self, are_noisy: bool, now: u64) {
+        if replace(&mut self.tally.is_noisy, are_noisy) != are_noisy {
+            self.lines_since = now;
+        }
     }
 
     /// Takes in the next trace event.
@@ -298,7 +307,10 @@ impl Gait {
         self.look_for_apart(number, cycle);
         let (walker, tally) = (&mut self.walkers[number], &mut self.tally);
         match event {
-            Event::HormoneGenerated(data) => walker.take(cycle, Source::Timer, None, data, tally),
+            Event::HormoneGenerated(data) => {
+                walker.take(cycle, Source::Timer, None, data, tally);
+                self.look_for_another_leader(number, cycle);
+            }
             Event::HormoneReceived(dock, data) => {
                 walker.take(cycle, Source::Hormone, Some(dock), data, tally);
             }
@@ -341,6 +353,23 @@ impl Gait {
         for number in 0..self.walkers.len() {
             self.walkers[number].pass(now, &mut self.tally);
             self.look_for_apart(number, now);
+        }
+    }
+
+    /// Counts it as wrong if a module of a ring leads while another one does. Bad lines swallow the tokens by
+    /// which leaders find each other out.
+    fn look_for_another_leader(&mut self, number: usize, now: u64) {
+        let walker = &self.walkers[number];
+        let Some(size @ 2..) = led_by(&self.wiring, &self.orders, walker.module) else { return };
+        if self.tally.is_noisy || now < self.lines_since + walker.patience(self.tries) {
+            return;
+        }
+        let behind = |&module: &usize| Some(self.wiring.peer(Face { module, dock: Dock::Back })?.module);
+        let others = successors(behind(&walker.module), behind).take(size as usize - 1);
+        let walkers = others.filter_map(|module| Some(&self.walkers[self.walker_of[module]?]));
+        let is_settled = |walker: &Walker| now >= walker.settled_at;
+        if is_settled(walker) && walkers.into_iter().any(|other| is_settled(other) && other.leads(now)) {
+            self.tally.count(Violation { at: now, module: walker.module, wrong: Wrong::Leads });
         }
     }
 

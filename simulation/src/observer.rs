@@ -181,7 +181,7 @@ impl Observer {
                 self.gait.loses(tries(self.everywhere(false), self.everywhere(true)), at);
             }
             let are_noisy = !self.disturbances.is_empty();
-            self.gait.disturb_lines(are_noisy);
+            self.gait.disturb_lines(are_noisy, at);
             self.hops.disturb_lines(are_noisy, at);
         }
         let audible = self.audible();

@@ -99,6 +99,8 @@ pub enum Wrong {
     GoesOn,
     #[error("was not in step with the other leg of its branch")]
     Apart,
+    #[error("led a ring that another module led, too")]
+    Leads,
 }
 
 /// The findings about all modules.
@@ -214,7 +216,7 @@ impl Walker {
     }
 
     /// How long it may take to be right after a change, where a frame and its ACK take so many tries.
-    fn patience(&self, tries: f64) -> u64 {
+    pub fn patience(&self, tries: f64) -> u64 {
         let election = if self.gait.leader == Leader::Elected { ELECTION } else { 0 };
         let choice = self.choices * choice(&self.gait);
         self.period() + choice + ((DISCOVERY + election + self.hops * HOP) as f64 * tries) as u64
@@ -304,6 +306,11 @@ impl Walker {
         let mut latest = self.letters_at.iter().rev();
         let last = latest.next()?;
         Some(last - latest.next()?)
+    }
+
+    /// Whether it leads at `now`: its last letter is its own, and less than a Period old.
+    pub fn leads(&self, now: u64) -> bool {
+        self.step.is_some_and(|step| step.source == Source::Timer && now < step.at + self.period())
     }
 
     /// The module begins an action.

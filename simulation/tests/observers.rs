@@ -1,8 +1,9 @@
 //! The observers find what is wrong: a centipede of six that does what the test says.
 
-use hormone::action::Action::{self, Holding, HoldingOver, Straight, Swing, SwingOver};
+use hormone::action::Action::{self, Holding, HoldingOver, Roll, Straight, Swing, SwingOver};
 use hormone::event::Event;
-use hormone::hormone::Data::{self, A, B};
+use hormone::gait::GaitName;
+use hormone::hormone::Data::{self, A, B, C};
 use hormone::neighbours::to_bytes;
 use hormone::status::Status;
 use simulation::{
@@ -35,7 +36,12 @@ struct Script {
 
 impl Script {
     fn new() -> (Self, Observer) {
-        let wiring = Shape::Centipede.wiring(6).unwrap();
+        Self::of(Shape::Centipede)
+    }
+
+    /// Six modules of this shape.
+    fn of(shape: Shape) -> (Self, Observer) {
+        let wiring = shape.wiring(6).unwrap();
         let statuses = vec![Status::POWER_UP; wiring.modules()];
         let script =
             Script { wiring, statuses, roll: 0.0, trace_events: Vec::new(), changes: Vec::new(), now: 0 };
@@ -301,6 +307,45 @@ fn legs_that_are_not_in_step_are_wrong() {
     }
     // From 1.3 s on: half Periods 3 to 9.
     assert_eq!(observer.gait.violations(), 7);
+}
+
+/// A ring that rolls. From 15 s on a second module may beat by its own clock. Where lines were bad until then
+/// it has time to find out.
+#[test]
+fn a_ring_that_two_modules_lead_is_wrong() {
+    for (second, was_lossy, is_right) in [(None, false, true), (Some(5), false, false), (Some(5), true, true)]
+    {
+        let (mut script, mut observer) = Script::of(Shape::Ring);
+        let order = [GaitName::RollingTrack as u8 + 0xd0, 1, 255].to_vec();
+        let at = Face { module: 0, dock: Dock::Up };
+        observer.changed(&script.happens(Change::Command { at, payload: order }));
+        for beat in 1..20 {
+            if beat == 15 && was_lossy {
+                for probability in [0.5, 0.0] {
+                    observer.changed(&script.happens(Change::Loss { links: Links::All, probability }));
+                }
+            }
+            script.now = beat * PERIOD;
+            for place in 0..6 {
+                let module = (2 + place) % 6;
+                let data = [A, B, C][((beat + place as u64) % 3) as usize];
+                let is_leader = module == 2 || beat >= 15 && second == Some(module);
+                let taken = if is_leader {
+                    Event::HormoneGenerated(data)
+                } else {
+                    Event::HormoneReceived(Front, data)
+                };
+                let sent = Event::HormoneSent(Back, data.later(1, 3));
+                for event in [taken, sent, Event::ActionBegun(Roll)] {
+                    script.trace_events.push(TraceEvent { cycle: script.now, module, event });
+                }
+            }
+            observer.look(&mut script);
+        }
+        let found = observer.gait.first_violation().map(|violation| violation.wrong.to_string());
+        let expected = (!is_right).then(|| "led a ring that another module led, too".to_owned());
+        assert_eq!(found, expected, "{second:?} {was_lossy}");
+    }
 }
 
 #[test]
