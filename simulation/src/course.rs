@@ -32,3 +32,41 @@ impl Course {
         };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use tasks::dock::Dock;
+
+    use super::*;
+    use crate::change::{Links, Mcus};
+    use crate::wiring::Face;
+
+    #[test]
+    fn a_robot_is_judged_by_its_way_unless_something_may_have_stopped_it() {
+        let at = Face { module: 1, dock: Dock::Up };
+        let order = |gait: u8| Change::Command { at, payload: vec![0xd0 + gait, 1, 255] };
+        let loss = |probability| Change::Loss { links: Links::All, probability };
+        let noise = |probability| Change::Noise { links: Links::From(at), probability };
+        for (change, is_judged, is_told) in [
+            (order(GaitName::Caterpillar as u8), true, true),
+            (order(0), false, true),
+            (order(GaitName::CloseRing as u8), false, true),
+            (order(11), false, true),
+            (Change::Obstacle { at, is_there: true }, true, false),
+            (Change::Console(at), true, false),
+            (loss(0.0), true, false),
+            (loss(0.1), false, false),
+            (noise(0.0), true, false),
+            (noise(0.1), false, false),
+            (Change::Reset { module: 1, mcus: Mcus::Both }, false, false),
+            (Change::Roll(10.0), false, false),
+        ] {
+            let mut course = Course::NEW;
+            course.take(&Event { at: 7, change: change.clone() });
+            // What comes later neither makes good what has stopped it, nor is it told to walk anew.
+            course.take(&Event { at: 9, change: order(GaitName::Caterpillar as u8) });
+            let told_at = if is_told { 7 } else { 9 };
+            assert_eq!((course.is_undisturbed, course.ordered_at), (is_judged, Some(told_at)), "{change}");
+        }
+    }
+}

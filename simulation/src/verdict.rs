@@ -83,9 +83,7 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
         && is_level
         && is_undisturbed
         && let Some(told_at) = told_at
-        && let walked = seconds(robot.now() - told_at)
-        && walked >= JUDGED_AFTER
-        && let least = WALKS.min(motion.length / 2.0 / HALF_ITS_LENGTH) * (walked - RISES)
+        && let Some(least) = least_way(motion.length, seconds(robot.now() - told_at))
         && motion.distance < least
     {
         faults.push(format!(
@@ -99,4 +97,29 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
         faults.push(format!("{lost} hormones were lost"));
     }
     faults
+}
+
+/// How far a robot of this length, in m, has to come at least in so many seconds of walking; `None` where that
+/// is not asked.
+fn least_way(length: f64, walked: f64) -> Option<f64> {
+    (walked >= JUDGED_AFTER).then(|| WALKS.min(length / 2.0 / HALF_ITS_LENGTH) * (walked - RISES))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_robot_has_to_come_17_mm_a_second_and_a_short_one_half_its_length_in_20_s() {
+        for (length, walked, millimetres) in [
+            (2.0, 7.9, None),
+            (2.0, 8.0, Some(84)),
+            (2.0, 20.0, Some(286)),
+            (0.672, 20.0, Some(286)),
+            (0.4, 20.0, Some(170)),
+        ] {
+            let least = least_way(length, walked).map(|least| (least * 1000.0).round() as i32);
+            assert_eq!(least, millimetres, "{length} m, {walked} s");
+        }
+    }
 }
