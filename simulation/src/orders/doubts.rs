@@ -320,6 +320,23 @@ mod tests {
         assert_eq!(gaits(Some(AT), &[(0, Caterpillar, AT - 2 * DISCOVERY)], Centipede), [told, told]);
     }
 
+    /// It had not heard the order yet, or not passed it on. Where another module starts over all others have.
+    #[test]
+    fn an_order_may_be_lost_only_where_the_ordered_module_starts_over_soon() {
+        let chain = Shape::Chain.wiring(6).unwrap();
+        let soon = SENDS[SENDS.len() - 1] + GIVEN_UP_AFTER;
+        for (module, after, counts) in
+            [(0, 1, Centipede), (0, soon, Centipede), (0, soon + 1, Caterpillar), (3, 1, Caterpillar)]
+        {
+            let mut orders = Orders::new(6);
+            orders.give(&chain, 0, (Caterpillar as u8, Period::OWN), AT);
+            orders.interrupted(&chain, module, AT + after);
+            orders.choose(&chain, AT + 2 * DISCOVERY, |_| Some(walking(Centipede)), |_| None);
+            let named = [0, 5].map(|module| orders.gait(module).map(|gait| gait.name));
+            assert_eq!(named, [Some(counts as u8); 2], "{module} {after}");
+        }
+    }
+
     #[test]
     fn of_two_orders_at_once_either_may_count() {
         for (apart, said, counts) in [
