@@ -2,6 +2,7 @@
 
 use std::mem::replace;
 
+use hormone::gait::GaitName;
 use tasks::router::Mcu;
 
 use crate::change::{Change, Links};
@@ -24,6 +25,10 @@ pub struct Observer {
     pub gait: Gait,
     /// The robot's own changes of its wiring, in order.
     pub own_changes: Vec<Event>,
+    /// The robot's own changes that nothing had asked for.
+    pub unasked: Vec<Event>,
+    /// Something that came from outside may have modules dock or let go.
+    may_dock: bool,
     /// The orders that came while no program ran that would have heard them.
     pub unheard: Vec<Event>,
     /// The attachments that modules can find out: none where one end is blind.
@@ -74,6 +79,8 @@ impl Observer {
             discovery: Discovery::new(robot),
             gait: Gait::new(wiring, period),
             own_changes: Vec::new(),
+            unasked: Vec::new(),
+            may_dock: false,
             unheard: Vec::new(),
             audible: wiring.clone(),
             recorder: None,
@@ -109,6 +116,7 @@ impl Observer {
                 self.take(&trace_event);
             }
             self.follow(&event);
+            self.unasked.extend((!self.may_dock).then(|| event.clone()));
             self.own_changes.push(event);
         }
         trace_events.for_each(|trace_event| self.take(&trace_event));
@@ -132,6 +140,7 @@ impl Observer {
     /// Takes in an event that has just happened to the robot.
     pub fn changed(&mut self, event: &Event) {
         self.follow(event);
+        self.may_dock |= may_dock(&event.change);
         let order = event.change.orders();
         if order.is_some() && !self.is_heard(event) {
             self.unheard.push(event.clone());
@@ -236,5 +245,13 @@ impl Observer {
             let _ = audible.detach(face);
         }
         audible
+    }
+}
+
+/// Whether modules that hear this may dock or let go: an order to take another shape, or what is no order.
+fn may_dock(change: &Change) -> bool {
+    match change.orders() {
+        Some((_, gait, _)) => GaitName::from_byte(gait).is_some_and(|name| name.gait().once.is_some()),
+        None => matches!(change, Change::Command { .. }),
     }
 }

@@ -37,6 +37,14 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
             order.seconds()
         )
     }));
+    let unasked = observer.unasked.iter();
+    faults.extend(unasked.map(|event| {
+        format!(
+            "{} after {:.2} s by the robot itself, which was not ordered to take another shape",
+            event.change,
+            event.seconds()
+        )
+    }));
     let wired = &observer.audible;
     let mistaken: Vec<usize> = (0..modules).filter(|&module| !robot.is_right_by(wired, module)).collect();
     for &module in mistaken.iter().take(MISTAKEN_NAMED) {
@@ -99,8 +107,8 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
     faults
 }
 
-/// How far a robot of this length, in m, has to come at least in so many seconds of walking; `None` where that
-/// is not asked.
+/// How far a robot of this length, in m, has to come at least in so many seconds of walking; `None` where
+/// that is not asked.
 fn least_way(length: f64, walked: f64) -> Option<f64> {
     (walked >= JUDGED_AFTER).then(|| WALKS.min(length / 2.0 / HALF_ITS_LENGTH) * (walked - RISES))
 }

@@ -4,9 +4,10 @@
 use hormone::event::Event;
 use hormone::status::Status;
 use simulation::{
-    Angles, BridgeTotals, Change, Event as Happening, LinkTotals, MILLISECOND, Motion, Native, Robot, Run,
-    Shape, TraceEvent, Wiring, WiringError, faults,
+    Angles, BridgeTotals, Change, Event as Happening, Face, LinkTotals, MILLISECOND, Motion, Native, Robot,
+    Run, Shape, TraceEvent, Wiring, WiringError, faults,
 };
+use tasks::dock::Dock;
 
 const SECOND: u64 = 1000 * MILLISECOND;
 
@@ -23,6 +24,8 @@ enum Told {
     /// Nobody has heard any.
     NeverHeard,
     Crash,
+    /// After 5 s module 2 lets go, as nobody has asked it to.
+    LetsGo,
     /// It has come so far, in mm.
     Moved(i32),
 }
@@ -30,12 +33,13 @@ enum Told {
 struct Misled {
     robot: Native,
     told: Told,
+    changes: Vec<Happening>,
 }
 
 /// The faults of a robot that has run for 13 s.
 fn verdict(shape: Shape, modules: usize, told: Told) -> Vec<String> {
     let robot = Native::new(shape.wiring(modules).unwrap(), 1, 40 * MILLISECOND);
-    let mut run = Run::new(Misled { robot, told }, Vec::new(), SECOND);
+    let mut run = Run::new(Misled { robot, told, changes: Vec::new() }, Vec::new(), SECOND);
     while run.step(13 * SECOND).expect("nothing happens") {}
     faults(&run, true)
 }
@@ -65,6 +69,13 @@ fn hormones_that_do_not_come_are_found() {
 #[test]
 fn a_program_that_crashed_is_found() {
     assert_eq!(verdict(Shape::Centipede, 7, Told::Crash), ["module 2: it crashed"]);
+}
+
+#[test]
+fn a_module_that_comes_off_by_itself_is_found() {
+    let fault =
+        "2.Back is detached after 5.00 s by the robot itself, which was not ordered to take another shape";
+    assert_eq!(verdict(Shape::Centipede, 7, Told::LetsGo), [fault]);
 }
 
 /// Ten seconds of walking, 17 mm in each.
@@ -106,6 +117,10 @@ impl Robot for Misled {
 
     fn run_until(&mut self, cycle: u64) {
         self.robot.run_until(cycle);
+        let change = Change::Detach(Face { module: 2, dock: Dock::Back });
+        if self.told == Told::LetsGo && cycle >= 5 * SECOND && self.robot.change(&change).is_ok() {
+            self.changes.push(Happening { at: self.now(), change });
+        }
     }
 
     fn take_trace_events(&mut self) -> Vec<TraceEvent> {
@@ -121,7 +136,7 @@ impl Robot for Misled {
     }
 
     fn take_changes(&mut self) -> Vec<Happening> {
-        self.robot.take_changes()
+        std::mem::take(&mut self.changes)
     }
 
     fn status(&self, module: usize) -> Option<Status> {
