@@ -94,3 +94,26 @@ fn faces_behind<'a>(
     let docks = Dock::ALL.into_iter().filter(move |&dock| ways.contains(dock));
     docks.filter_map(move |dock| Some((dock, wiring.peer(Face { module, dock })?)))
 }
+
+#[cfg(test)]
+mod tests {
+    use hormone::gait::GaitName::{Caterpillar, RollingTrack};
+    use hormone::period::Period;
+
+    use super::*;
+    use crate::shape::Shape;
+
+    #[test]
+    fn hormones_come_by_the_front_to_modules_that_follow_and_by_no_dock_to_those_that_may_lead() {
+        let [none, follows] = [DockSet::EMPTY, DockSet::of(&[Dock::Front])];
+        for (shape, gait, expected) in [
+            (Shape::Chain, Caterpillar, [none, follows, follows, follows]),
+            (Shape::Ring, RollingTrack, [none; 4]),
+        ] {
+            let wiring = shape.wiring(4).unwrap();
+            let mut orders = Orders::new(4);
+            orders.give(&wiring, 0, (gait as u8, Period::OWN), 0);
+            assert!(ways(&wiring, &orders) == expected, "{shape:?}");
+        }
+    }
+}
