@@ -22,7 +22,7 @@
 //! - An interrupt may occur anywhere in a task; elsewhere only from an instruction that enables interrupts up
 //!   to one that masks them. A function that writes SREG writes a value that it has read there, if it has
 //!   read any, or one whose interrupt flag it has set or cleared itself; else the write may enable
-//!   interrupts.
+//!   interrupts. A function whose bytes are noted enables them by `sei` or `reti`, if at all.
 //! - While a handler has interrupts enabled within a function, its own interrupt does not reach that function
 //!   again: the tick does not expire timers while it expires timers.
 //! - Only `kernel_switch` moves to another task's stack; it comes back to contexts whose stack pointer it has
@@ -31,6 +31,7 @@
 
 mod annotations;
 pub mod effect;
+mod enables;
 pub mod flow;
 mod image;
 mod problem;

@@ -5,6 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 use crate::effect::{self, Effect, effect};
+use crate::enables::enables_interrupts;
 use crate::flow::{Flow, Masking, Place};
 use crate::problem::Problem;
 use crate::registers::{PRESERVED, StackPointer};
@@ -110,8 +111,14 @@ impl<'a> Program<'a> {
 
     fn believed(&self, entry: u32, bytes: u16) -> Function {
         let name = format!("{} (as noted)", self.image.name(entry));
-        let own = Usage::only(Use::of(&name, bytes.into()));
-        Function { own, returns: Some(Return::UNKNOWN), ..Function::default() }
+        let bytes = Use::of(&name, bytes.into());
+        let mut own = Usage::only(bytes.clone());
+        let mut returns = Return::UNKNOWN;
+        if enables_interrupts(self.image, self.annotations, entry) {
+            own.open_window((None, entry), bytes);
+            returns.interrupts = Interrupts::Enabled;
+        }
+        Function { own, returns: Some(returns), ..Function::default() }
     }
 
     /// The control flow of the functions requested so far, and of their callees.

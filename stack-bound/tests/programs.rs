@@ -196,6 +196,16 @@ fn recursion_is_named_until_it_is_noted() {
     assert_eq!(steps(&bounds[0]).last(), Some(&("even (as noted)", 1000)));
 }
 
+/// The handler is preempted in the function, at the depth that is noted, and behind its return.
+#[test]
+fn interrupts_that_nest_in_a_noted_function() {
+    let build = |options: &[&str]| Image::load(build_with("noted.S", "atmega128", options)).expect("an image");
+    let deepest = |image: &Image| steps(&bounds(image, "counts = 40")[0])[1..].iter().map(|step| step.1).sum();
+    let (masked, enabled): (u32, u32) = (deepest(&build(&[])), deepest(&build(&["-DSEI"])));
+    assert_eq!(masked, 2 + 2 + 40, "the interrupt, its call, and what is noted");
+    assert_eq!(enabled, 2 + masked + masked, "behind the return, in the function, and the deeper interrupt");
+}
+
 #[test]
 fn an_indirect_call_is_named_until_it_is_noted() {
     let image = build("indirect.c", "atmega128");
