@@ -16,6 +16,9 @@ use crate::{Annotations, Image, timing};
 /// The function that switches to another task's stack. No other function may load an unknown stack pointer.
 pub const SWITCH: &str = "kernel_switch";
 
+/// A function that reaches an instruction with more depths of the stack than these pushes without end.
+const MOST_DEPTHS: usize = 256;
+
 /// Whose stack an interrupt finds.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Found {
@@ -131,10 +134,21 @@ impl<'a> Program<'a> {
         let mut function = Function::default();
         function.flow.entry = Some((entry, stack_pointer));
         let mut known: BTreeMap<Place, State> = BTreeMap::new();
+        let mut depths: BTreeMap<u32, usize> = BTreeMap::new();
         let mut due = vec![((entry, stack_pointer), State::at_start())];
         while let Some((place, state)) = due.pop() {
             let state = match known.entry(place) {
-                Entry::Vacant(entry) => entry.insert(state).clone(),
+                Entry::Vacant(entry) => {
+                    let depths = depths.entry(place.0).or_default();
+                    *depths += 1;
+                    if *depths > MOST_DEPTHS {
+                        let name = self.image.name(place.0).to_owned();
+                        self.problems.insert(Problem::Depth { function: name, address: place.0 });
+                        function.returns = Some(Return::UNKNOWN);
+                        break; // the other paths are as endless
+                    }
+                    entry.insert(state).clone()
+                }
                 Entry::Occupied(mut entry) => {
                     let mut joined = entry.get().clone();
                     joined.join(&state);

@@ -206,6 +206,14 @@ fn interrupts_that_nest_in_a_noted_function() {
     assert_eq!(enabled, 2 + masked + masked, "behind the return, in the function, and the deeper interrupt");
 }
 
+/// Without a limit each depth up to all of SRAM would be followed: gigabytes.
+#[test]
+fn a_stack_that_grows_in_a_long_loop_is_named() {
+    let problems = problems(&build("endless.S", "atmega1284p"));
+    let [problem] = problems.as_slice() else { panic!("{problems:?}") };
+    assert!(problem.starts_with("main pushes without end"), "{problem}");
+}
+
 #[test]
 fn an_indirect_call_is_named_until_it_is_noted() {
     let image = build("indirect.c", "atmega128");
