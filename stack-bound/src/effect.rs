@@ -39,6 +39,10 @@ pub enum Effect {
     /// `adiw`, `sbiw`, `subi` and `sbci` in a row, or `subi` and `sbc` with r1: the lower register of a pair,
     /// and the amount added.
     AddPair(u8, i16),
+    /// `sub` and `sbc` in a row: the lower register of a pair, and that of the pair subtracted from it.
+    SubtractPair(u8, u8),
+    /// `add`, and `adc` with r1: the lower register of a pair, and the register added.
+    AddByte(u8, u8),
     Jump(u32),
     /// `ijmp`, `eijmp`: to where Z points.
     JumpIndirect,
@@ -86,6 +90,8 @@ impl Effect {
             | Effect::EnableInterrupts
             | Effect::DisableInterrupts
             | Effect::AddPair(..)
+            | Effect::SubtractPair(..)
+            | Effect::AddByte(..)
             | Effect::Other(_) => false,
         }
     }
@@ -156,8 +162,7 @@ fn word(flash: &[u8], address: u32) -> Option<u16> {
     Some(u16::from_le_bytes(*bytes))
 }
 
-/// The effect of two instructions in a row on a pair of registers: `subi` with `sbci` or `sbc`, or `cpi` with
-/// `cpc`.
+/// The effect of two instructions in a row on a pair of registers: they add, subtract or compare.
 fn on_pair(first: Instruction, second: Instruction) -> Option<Effect> {
     let (low, high, effect) = match (first, second) {
         (Subi { to: low, value: amount }, Sbci { to: high, value: high_amount }) => {
@@ -166,6 +171,12 @@ fn on_pair(first: Instruction, second: Instruction) -> Option<Effect> {
         (Subi { to: low, value: amount }, Sbc { to: high, from: ZERO }) => {
             (low, high, Effect::AddPair(low, -i16::from(amount)))
         }
+        (Sub { to: low, from }, Sbc { to: high, from: from_high })
+            if from.is_multiple_of(2) && from_high == from + 1 =>
+        {
+            (low, high, Effect::SubtractPair(low, from))
+        }
+        (Add { to: low, from }, Adc { to: high, from: ZERO }) => (low, high, Effect::AddByte(low, from)),
         (Cpi { one: low, value }, Cpc { one: high, other }) => {
             (low, high, Effect::ComparePair(low, value, other))
         }

@@ -163,6 +163,16 @@ impl State {
             Effect::WriteStatus(from) if self.written_flag(from).unwrap_or(self.was_enabled) => self.enable(),
             Effect::WriteStatus(_) => self.interrupts = Interrupts::Masked,
             Effect::AddPair(low, amount) => self.registers.add(low, amount),
+            Effect::SubtractPair(low, from) => match self.registers.pair(from).stack_pointer() {
+                StackPointer::Fixed(amount) => {
+                    self.registers.add(low, amount.cast_signed().wrapping_neg());
+                }
+                StackPointer::Own(_) | StackPointer::Elsewhere => self.registers.forget(0b11 << low),
+            },
+            Effect::AddByte(low, from) => match self.registers.byte(from) {
+                Byte::Is(amount) => self.registers.add(low, amount.into()),
+                _ => self.registers.forget(0b11 << low),
+            },
             Effect::Other(changed) => self.registers.forget(changed),
             Effect::Jump(_)
             | Effect::JumpIndirect

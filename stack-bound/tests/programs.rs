@@ -214,6 +214,13 @@ fn a_stack_that_grows_in_a_long_loop_is_named() {
     assert!(problem.starts_with("main pushes without end"), "{problem}");
 }
 
+/// Functions of avr-libc and libgcc have them, too.
+#[test]
+fn a_prologue_of_libgcc() {
+    let bounds = bounds(&build("prologues.S", "atmega128"), "");
+    assert_eq!(steps(&bounds[0])[1..], [("main", 2), ("saves", 18 + 100 + 2)]);
+}
+
 #[test]
 fn an_indirect_call_is_named_until_it_is_noted() {
     let image = build("indirect.c", "atmega128");
