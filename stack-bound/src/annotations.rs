@@ -57,7 +57,8 @@ impl Annotations {
     /// A line is no note, or names a function that the image does not have, or whose bytes are noted already.
     pub fn parse(text: &str, image: &Image) -> Result<Self, AnnotationError> {
         let mut annotations = Annotations::default();
-        for (line, text) in (1..).zip(text.lines()) {
+        // Some editors begin a file with a byte order mark.
+        for (line, text) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
             let note = text.trim();
             let function = |name: &str| {
                 let name = name.trim();

@@ -35,7 +35,9 @@ fn run(arguments: &[OsString]) -> Result<ExitCode, Box<dyn Error>> {
     };
     let image = Image::load(path)?;
     let annotations = match notes {
-        Some(notes) => Annotations::load(notes, &image)?,
+        Some(notes) => {
+            Annotations::load(notes, &image).map_err(|error| format!("{}: {error}", notes.display()))?
+        }
         None => Annotations::default(),
     };
     let stacks = match stacks(&image, &annotations) {

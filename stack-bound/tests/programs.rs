@@ -184,6 +184,20 @@ fn the_program_says_how_it_is_used() {
 }
 
 #[test]
+fn the_program_names_the_file_of_a_wrong_note() {
+    let image = build_file("recursion.c", "atmega128");
+    let notes = image.with_extension("notes");
+    std::fs::write(&notes, "\u{feff}# even and odd\r\neven = 1000\r\nodder = 3\r\n").expect("it is written");
+    let output = Command::new(env!("CARGO_BIN_EXE_superbot-stack-bound"))
+        .args([&image, &notes])
+        .output()
+        .expect("it runs");
+    let errors = String::from_utf8_lossy(&output.stderr);
+    let named = format!("{}: line 3: the image has no function odder", notes.display());
+    assert!(errors.contains(&named), "{errors}");
+}
+
+#[test]
 fn recursion_is_named_until_it_is_noted() {
     let image = build("recursion.c", "atmega128");
     let problems = problems(&image);
@@ -199,8 +213,10 @@ fn recursion_is_named_until_it_is_noted() {
 /// The handler is preempted in the function, at the depth that is noted, and behind its return.
 #[test]
 fn interrupts_that_nest_in_a_noted_function() {
-    let build = |options: &[&str]| Image::load(build_with("noted.S", "atmega128", options)).expect("an image");
-    let deepest = |image: &Image| steps(&bounds(image, "counts = 40")[0])[1..].iter().map(|step| step.1).sum();
+    let build =
+        |options: &[&str]| Image::load(build_with("noted.S", "atmega128", options)).expect("an image");
+    let deepest =
+        |image: &Image| steps(&bounds(image, "counts = 40")[0])[1..].iter().map(|step| step.1).sum();
     let (masked, enabled): (u32, u32) = (deepest(&build(&[])), deepest(&build(&["-DSEI"])));
     assert_eq!(masked, 2 + 2 + 40, "the interrupt, its call, and what is noted");
     assert_eq!(enabled, 2 + masked + masked, "behind the return, in the function, and the deeper interrupt");

@@ -74,7 +74,8 @@ impl Notes {
     /// A line is no note, or names a function that the image does not have.
     pub fn parse(text: &str, image: &Image) -> Result<Self, NoteError> {
         let mut notes = Notes::default();
-        for (line, text) in (1..).zip(text.lines()) {
+        // Some editors begin a file with a byte order mark.
+        for (line, text) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
             let note = text.trim();
             if note.is_empty() || note.starts_with('#') {
                 continue;

@@ -236,6 +236,16 @@ fn notes_that_are_none_are_refused() {
     assert!(matches!(refused("masks = 4\nmasks = 5"), NoteError::Twice { line: 2, .. }));
 }
 
+#[test]
+fn notes_may_begin_with_a_byte_order_mark_and_have_the_line_ends_of_windows() {
+    let as_they_are = bounds(NOTES).expect("there is a bound for each");
+    let notes = format!("\u{feff}{}", NOTES.replace('\n', "\r\n"));
+    let read = bounds(&notes).expect("there is a bound for each");
+    let cycles =
+        |bounds: &Bounds| bounds.interrupts.iter().map(|interrupt| interrupt.cycles).collect::<Vec<_>>();
+    assert_eq!(cycles(&read), cycles(&as_they_are));
+}
+
 fn run(arguments: &[&Path]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_superbot-time-bound"))
         .args(arguments)
