@@ -8,7 +8,8 @@ pub enum Problem {
     #[error("recursion: {}; if you know how many bytes it uses in all, note \"{} = bytes\"", .0.join(" calls "), .0[0])]
     Recursion(Vec<String>),
     #[error(
-        "{function} jumps or calls indirectly at {address:#x}; note \"{function} => callee\", a line for each callee"
+        "{function} jumps or calls indirectly at {address:#x}; note \"{function} => callee\", a line for \
+         each callee{}", instead_of_table(.function)
     )]
     Indirect { function: String, address: u32 },
     #[error(
@@ -30,4 +31,13 @@ pub enum Problem {
     ReturnAddress { function: String, address: u32 },
     #[error("{function} runs into data at {address:#x}, which is not an instruction")]
     NoCode { function: String, address: u32 },
+}
+
+/// What helps where a `switch` of avr-gcc jumps by a table: its targets have no names that could be noted.
+fn instead_of_table(function: &str) -> &'static str {
+    if function.starts_with("__tablejump") {
+        "; if a switch jumps there, build with -fno-jump-tables"
+    } else {
+        ""
+    }
 }

@@ -253,6 +253,18 @@ fn an_indirect_call_is_named_until_it_is_noted() {
     assert_eq!(steps(&bounds(&image, "dis* => fil*")[0]), steps(&fill[0]));
 }
 
+/// The places to which a table leads have no names that could be noted.
+#[test]
+fn a_table_of_jumps_is_named_with_what_helps() {
+    let problems = problems(&build("switch.c", "atmega128"));
+    let [problem] = problems.as_slice() else { panic!("{problems:?}") };
+    assert!(problem.starts_with("__tablejump2__ jumps or calls indirectly at 0x"), "{problem}");
+    assert!(problem.ends_with("if a switch jumps there, build with -fno-jump-tables"), "{problem}");
+    let options = ["-fno-jump-tables"];
+    let image = Image::load(build_with("switch.c", "atmega128", &options)).expect("it is an image");
+    assert_eq!(bounds(&image, "")[0].needs(), 2, "the return address of `main`");
+}
+
 /// As two files may have functions of their own of one name. The one that uses less lies first.
 #[test]
 fn all_callees_of_a_noted_name_count() {
