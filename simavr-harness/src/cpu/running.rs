@@ -1,9 +1,12 @@
 //! How an instance runs, and what it has the harness look at.
 
-use instruction_set::Instruction::{Elpm, ElpmIncrement};
+use instruction_set::Instruction::{self, Elpm, ElpmIncrement, Lpm, LpmIncrement, Spm};
 use simavr_ffi as ffi;
 
 use super::Cpu;
+
+/// Data address of the upper byte of Z.
+const ZH: u16 = 31;
 
 // Missing from simavr-ffi's bindings.
 unsafe extern "C" {
@@ -50,27 +53,40 @@ impl Cpu {
 
     /// Executes the run that has begun by simavr's own interpreter.
     pub fn run_by_simavr(self) {
-        if self.rampz().is_none() {
-            // A part without RAMPZ has no ELPM: simavr reports that, and then reads far beyond its flash.
-            self.run_for_one_instruction();
-            if self.is_before_elpm() {
-                return self.report("Invalid Opcode: ELPM without RAMPZ");
-            }
+        if self.rampz().is_some() {
+            return self.run_one_by_simavr();
         }
+        self.run_for_one_instruction();
+        match self.next_instruction() {
+            // A part without RAMPZ has no ELPM: simavr reports that, and then reads far beyond its flash.
+            Some(Elpm { .. } | ElpmIncrement { .. }) => self.report("Invalid Opcode: ELPM without RAMPZ"),
+            Some(instruction @ (Lpm { .. } | LpmIncrement { .. } | Spm)) => {
+                // Upper bits of Z are not decoded. simavr reads and writes beyond its flash.
+                let pages = (self.flash_size() / 0x100) as u8; // 0 where Z reaches no further
+                let zh = self.data(ZH);
+                let beyond = zh & !pages.wrapping_sub(1);
+                self.set_data(ZH, zh - beyond);
+                self.run_one_by_simavr();
+                if instruction != (Lpm { to: ZH as u8 }) {
+                    self.set_data(ZH, self.data(ZH).wrapping_add(beyond));
+                }
+            }
+            _ => self.run_one_by_simavr(),
+        }
+    }
+
+    fn run_one_by_simavr(self) {
         let avr = self.as_ptr();
         // SAFETY: the instance is alive, and no reference into it exists across the call: callbacks use
         // handles of their own.
         unsafe { (*avr).pc = avr_run_one(avr) }
     }
 
-    /// Whether the next instruction is ELPM.
-    fn is_before_elpm(self) -> bool {
+    fn next_instruction(self) -> Option<Instruction> {
         let pc = self.pc() as usize;
         let opcode =
             self.with_flash(|flash| flash.get(pc..)?.first_chunk().map(|&word| u16::from_le_bytes(word)));
-        opcode.is_some_and(|opcode| {
-            matches!(instruction_set::decode(0, opcode, 0), Elpm { .. } | ElpmIncrement { .. })
-        })
+        opcode.map(|opcode| instruction_set::decode(0, opcode, 0))
     }
 
     /// Ends the run with an error, unless simavr has reported one.
