@@ -420,6 +420,9 @@ impl Bus {
             let own = listens && address != 0 && address == own_address(node);
             let general_call = listens && byte == 0 && answers_general_call(node);
             *role = Role::None;
+            if own || general_call || lost {
+                node.act_on_twi(|twi, cpu| twi.receive(cpu, byte));
+            }
             if own || general_call {
                 acknowledged = true;
                 *role = Role::Slave { general_call };
@@ -447,6 +450,7 @@ impl Bus {
         for loser in self.indices(Role::is_master) {
             if !winners.contains(&loser) {
                 self.roles[loser] = Role::None;
+                nodes[loser].act_on_twi(|twi, cpu| twi.receive(cpu, byte));
                 report(&mut nodes[loser], status::ARBITRATION_LOST);
             }
         }

@@ -65,6 +65,15 @@ fn general_call() {
     assert_markers(&mcus[1], &[0x70, 0x90, 0xd0, 0x90, 0xd1, 0xa0]);
 }
 
+/// "TWDR always contains the last byte present on the bus" (section "TWI Data Register").
+#[test]
+fn an_addressed_slave_finds_the_address_in_twdr() {
+    for (script, expected) in [('T', &[0x60, 0x40, 0x80, 0xd0, 0xa0, 0xa8, 0x41][..]), ('G', &[0x70, 0x00])] {
+        let (mcus, _) = play(script, &["TELLS_ADDRESS"]);
+        assert_eq!(marked(&mcus[1])[..expected.len()], *expected);
+    }
+}
+
 #[test]
 fn the_slave_refuses_the_second_byte() {
     let (mcus, _) = play('N', &["TAKES=1"]);
