@@ -4,6 +4,7 @@ use crate::common::{build_with, marked, mcu};
 use simavr_harness::{Pin, State};
 
 const MISO: Pin = Pin { port: 'B', bit: 3 };
+const SS: Pin = Pin { port: 'B', bit: 0 };
 
 #[test]
 fn a_master_reads_miso_and_each_byte_takes_eight_clocks() {
@@ -25,4 +26,28 @@ fn a_master_reads_miso_and_each_byte_takes_eight_clocks() {
             }
         }
     }
+}
+
+/// "If SS is configured as an input, it must be held high to ensure Master SPI operation" (section "SS Pin
+/// Functionality").
+#[test]
+fn a_master_whose_ss_is_driven_low_becomes_a_slave() {
+    let (master, slave, spif) = (0x50, 0x40, 0x80);
+    let run = |level: Option<bool>, falls_at: Option<u64>| {
+        let mut mcu = mcu(&build_with("spi.c", &["SELECTED", "RATE=0", "DOUBLE=0"]));
+        if let Some(level) = level {
+            mcu.drive_pin(SS, level);
+        }
+        if let Some(cycle) = falls_at {
+            mcu.run_to_marker(master, 10_000).expect("it is a master");
+            mcu.run_until(mcu.cycle() + cycle);
+            mcu.drive_pin(SS, false);
+        }
+        assert_eq!(mcu.run_to_end(10_000), State::Done);
+        marked(&mcu)
+    };
+    assert_eq!(run(None, None), [master, master, spif]);
+    assert_eq!(run(Some(true), None), [master, master, spif]);
+    assert_eq!(run(Some(false), None), [slave, slave, spif]);
+    assert_eq!(run(Some(true), Some(10)), [master, slave, spif]);
 }

@@ -1,8 +1,10 @@
 //! The serial peripheral interface of the ATmega128 (chapter "Serial Peripheral Interface") as a master, in
 //! place of simavr's, in which a program reads back what it has sent. Here it reads the level of MISO.
 //!
+//! Where the outside drives SS low while that is an input, the master becomes a slave.
+//!
 //! Simplified: nobody but the program is at the bus, so MISO keeps its level during a byte, and a slave is
-//! never selected; SS as an input is taken to be high; SCK and MOSI keep their levels.
+//! never sent anything; SS as an input that floats is taken to be high; SCK and MOSI keep their levels.
 
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
@@ -14,6 +16,8 @@ const SPSR: u16 = 0x2e;
 const SPDR: u16 = 0x2f;
 const VECTOR: u8 = 17;
 const MISO: Pin = Pin { port: 'B', bit: 3 };
+const SS: Pin = Pin { port: 'B', bit: 0 };
+const DDRB: u16 = 0x37;
 
 // SPCR
 const SPE: u8 = 0x40;
@@ -37,7 +41,9 @@ pub(crate) struct Spi {
 pub(crate) fn attach(cpu: Cpu) -> Option<Attached<Spi>> {
     let spi = Spi { complete: cpu.vector(VECTOR)?, shifts_until: None, received: 0, seen: 0 };
     make_plain(cpu, &[SPCR, SPSR, SPDR]);
-    Some(Attached::new(cpu, spi, &[SPCR, SPSR, SPDR], &[SPSR, SPDR]))
+    let attached = Attached::new(cpu, spi, &[SPCR, SPSR, SPDR], &[SPSR, SPDR]);
+    attached.watch_pin(cpu, SS.port, SS.bit);
+    Some(attached)
 }
 
 impl Spi {
@@ -50,6 +56,17 @@ impl Spi {
     fn byte_cycles(cpu: Cpu) -> u64 {
         let clock = [4, 16, 64, 128][usize::from(cpu.data(SPCR) & SPR)];
         8 * if cpu.data(SPSR) & SPI2X != 0 { clock / 2 } else { clock }
+    }
+
+    /// Another master selects this one (section "SS Pin Functionality"), which becomes a slave.
+    fn follow_select(&mut self, cpu: Cpu, is_high: bool) {
+        let is_master = cpu.data(SPCR) & (SPE | MSTR) == SPE | MSTR;
+        let is_input = cpu.data(DDRB) & 1 << SS.bit == 0;
+        if is_master && is_input && !is_high && !cpu.is_floating(SS) {
+            cpu.set_bits(SPCR, MSTR, false);
+            self.shifts_until = None;
+            cpu.raise(self.complete);
+        }
     }
 
     /// An access to SPDR clears the flags that the program has read.
@@ -68,6 +85,7 @@ impl Device for Spi {
                     self.shifts_until = None;
                 }
                 interrupt::refresh(cpu, self.complete);
+                self.follow_select(cpu, cpu.pins(SS.port) & 1 << SS.bit != 0);
             }
             SPSR => cpu.set_bits(SPSR, SPI2X, value & SPI2X != 0),
             _ => {
@@ -100,5 +118,9 @@ impl Device for Spi {
         let is_high = cpu.pins(MISO.port) & 1 << MISO.bit != 0;
         self.received = if is_high { 0xff } else { 0 };
         cpu.raise(self.complete);
+    }
+
+    fn pin_changed(&mut self, cpu: Cpu, _bit: u8, is_high: bool) {
+        self.follow_select(cpu, is_high);
     }
 }
