@@ -23,7 +23,7 @@ use crate::repair::twi::{self, Twi};
 use crate::repair::unread::{self, Unread};
 use crate::repair::usart::{self, Usart, UsartCounts};
 use crate::repair::watchdog;
-use crate::repair::{absent, flags, interrupt, pins, rampz, reset_flags};
+use crate::repair::{absent, flags, interrupt, pins, rampz, reset_flags, zeros};
 use crate::serial_pins::{self, PinSerial, SerialPinCounts, SerialPins};
 use crate::trace::{NotTraceable, Trace, Tracer};
 use crate::wires::{self, Wires};
@@ -145,6 +145,7 @@ impl Mcu {
         watchdog::install(cpu, &mut wrapped);
         if part.has_mcucr {
             absent::install(cpu, &mut wrapped);
+            zeros::install(cpu, &mut wrapped);
         }
         timer::install(cpu, part.timers, &mut wrapped);
         ports::install(cpu, part.timers, &mut wrapped);

@@ -134,6 +134,24 @@ fn a_program_clears_reset_flags_and_sets_none() {
     assert_eq!(marked(&mcu), [PORF, PORF, 0, 0x55]);
 }
 
+#[test]
+fn bits_that_the_hardware_clears_or_that_are_reserved_read_0() {
+    for (register, written, expected) in [
+        ("ACSR", 0xb3, 0x83),
+        ("SFIOR", 0x03, 0x00),
+        ("WDTCR", 0xe0, 0x00),
+        ("ASSR", 0x07, 0x00),
+        ("MCUCR", 0x21, 0x20),
+        ("DDRG", 0xff, 0x1f),
+        ("PORTG", 0xff, 0x1f),
+    ] {
+        let variant = format!("REGISTER={register}={written};OCDR={register}");
+        let mut mcu = mcu(&build_with("program.c", &[&variant]));
+        assert_eq!(mcu.run_to_end(10_000), State::Done);
+        assert_eq!(marked(&mcu), [PORF, expected, 0x55], "{register}");
+    }
+}
+
 /// The outside drives bit 5 low and bit 1 high. Then the program switches the pull-ups of bits 7 to 4 on.
 /// Then it makes bits 3 to 0 outputs, of which bits 2 and 0 are high.
 #[test]
@@ -186,6 +204,13 @@ fn the_watchdog_is_switched_on_by_a_single_write() {
     assert_eq!(marked(&mcu), [PORF, 0x0a, PORF | WDRF, 0x0a]);
     let period = 16 * 14_050 * 4;
     assert!((period..period + 1000).contains(&(starts[2] - starts[0])), "{starts:?}");
+}
+
+#[test]
+fn reserved_bits_of_its_register_do_not_keep_the_watchdog_from_resetting() {
+    let mut mcu = mcu(&build_with("program.c", &["REGISTER=WDTCR=_BV(WDE)|0xe0", "FOREVER"]));
+    mcu.run_until(16 * 14_050 * 3);
+    assert_eq!(mcu.resets(), 2);
 }
 
 #[test]

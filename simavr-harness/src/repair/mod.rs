@@ -18,3 +18,4 @@ pub(crate) mod twi;
 pub(crate) mod unread;
 pub(crate) mod usart;
 pub(crate) mod watchdog;
+pub(crate) mod zeros;
