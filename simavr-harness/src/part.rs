@@ -101,6 +101,8 @@ pub(crate) struct EepromRegisters {
     pub size: u16,
     /// How long a write takes (table "EEPROM Programming Time"), in microseconds.
     pub write_micros: u64,
+    /// How long it takes to erase or to write alone; `None` where a write always does both.
+    pub half_micros: Option<u64>,
 }
 
 #[derive(Debug)]
@@ -170,6 +172,7 @@ impl Part {
             ready: 22,
             size: 4096,
             write_micros: 8448,
+            half_micros: None,
         },
         adc: Some(AdcRegisters { adcl: 0x24, adch: 0x25, adcsra: 0x26, admux: 0x27, complete: 21 }),
         spm: Some(SpmRegisters { spmcsr: 0x68, ready: 34 }),
@@ -294,7 +297,16 @@ const fn later_twi(vector: u8) -> TwiRegisters {
 }
 
 /// The EEPROM of the later parts, which is at the same addresses in all of them. A write takes 26368 cycles
-/// of an 8 MHz oscillator.
+/// of an 8 MHz oscillator, and each half of it 1.8 ms (table "EEPROM Mode Bits").
 const fn later_eeprom(ready: u8, size: u16) -> EepromRegisters {
-    EepromRegisters { eecr: 0x3f, eedr: 0x40, eearl: 0x41, eearh: 0x42, ready, size, write_micros: 26368 / 8 }
+    EepromRegisters {
+        eecr: 0x3f,
+        eedr: 0x40,
+        eearl: 0x41,
+        eearh: 0x42,
+        ready,
+        size,
+        write_micros: 26368 / 8,
+        half_micros: Some(1800),
+    }
 }

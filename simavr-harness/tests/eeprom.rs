@@ -36,6 +36,20 @@ fn a_write_takes_3296_us_on_later_parts() {
     }
 }
 
+/// Later parts write alone, which clears bits, or erase alone (table "EEPROM Mode Bits").
+#[test]
+fn later_parts_erase_or_write_alone() {
+    for part in [Part::ATMEGA328P, Part::ATMEGA1284P, Part::ATMEGA2560] {
+        let mut mcu = mcu_of(part, "eeprom.c", &["MODES"]);
+        assert_eq!(mcu.run_to_end(2 * WRITE), State::Done);
+        assert_eq!(marked(&mcu), [1, 2, 0, 0x3c, 1, 2, 0x20, 0x0c, 1, 2, 0x10, 0xff]);
+        for (took, micros) in mcu.markers().chunks(4).zip([3296, 1800, 1800]) {
+            let (took, expected) = (took[1].cycle - took[0].cycle, micros * 16);
+            assert!((expected..expected + 30).contains(&took), "{took}, not {expected}");
+        }
+    }
+}
+
 #[test]
 fn the_core_waits_2_cycles_for_a_write_and_4_for_a_read() {
     let mut mcu = mcu(&build_with("eeprom.c", &[]));

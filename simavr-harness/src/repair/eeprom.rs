@@ -1,8 +1,6 @@
 //! The EEPROM (chapter "EEPROM Data Memory"), in place of simavr's. A write takes its time; meanwhile the
 //! EEPROM can't be read, nor the address changed. EE_READY lasts as long as no write is under way. The core
-//! waits as the chip's does.
-//!
-//! Simplified: later parts than the ATmega128 can also erase or write alone; here they always do both.
+//! waits as the chip's does. Later parts than the ATmega128 can also erase or write alone.
 
 use simulation::CLOCK_HZ;
 
@@ -24,6 +22,10 @@ const WRITE_HALT: u64 = 2;
 const READ_HALT: u64 = 4;
 
 // EECR
+/// What a write does, on the later parts: both, or one of these.
+const EEPM: u8 = 0x30;
+const ERASE_ONLY: u8 = 0x10;
+const WRITE_ONLY: u8 = 0x20;
 const EERIE: u8 = 0x08;
 const EEMWE: u8 = 0x04;
 /// A write is under way.
@@ -95,12 +97,20 @@ impl Eeprom {
 
     fn write_control(&mut self, cpu: Cpu, value: u8) {
         let now = cpu.cycle();
+        let mode =
+            self.modes() & if self.writing_until.is_some() { cpu.data(self.registers.eecr) } else { value };
         let is_writable = self.writable_until.is_some_and(|until| now <= until);
         if self.writing_until.is_none() && is_writable && value & EEWE != 0 {
             self.writable_until = None;
-            self.writing_until = Some(now + self.registers.write_micros * MICRO);
-            let address = self.address(cpu);
-            self.contents[address] = cpu.data(self.registers.eedr);
+            let (address, data) = (self.address(cpu), cpu.data(self.registers.eedr));
+            let place = &mut self.contents[address];
+            let micros;
+            (*place, micros) = match (mode, self.registers.half_micros) {
+                (ERASE_ONLY, Some(half)) => (0xff, half),
+                (WRITE_ONLY, Some(half)) => (*place & data, half),
+                _ => (data, self.registers.write_micros),
+            };
+            self.writing_until = Some(now + micros * MICRO);
             cpu.halt(WRITE_HALT);
         } else if value & (EEMWE | EEWE) == EEMWE {
             self.writable_until = self.writable_until.or(Some(now + MASTER_WRITE_CYCLES));
@@ -109,7 +119,12 @@ impl Eeprom {
             cpu.set_data(self.registers.eedr, self.contents[self.address(cpu)]);
             cpu.halt(READ_HALT);
         }
-        cpu.set_data(self.registers.eecr, value & EERIE | self.state());
+        cpu.set_data(self.registers.eecr, value & EERIE | mode | self.state());
+    }
+
+    /// The bits of EECR that choose what a write does.
+    fn modes(&self) -> u8 {
+        if self.registers.half_micros.is_some() { EEPM } else { 0 }
     }
 
     /// The bits of EECR that the hardware sets and clears.
@@ -138,7 +153,7 @@ impl Device for Eeprom {
     fn expire(&mut self, cpu: Cpu, now: u64) {
         self.writable_until = self.writable_until.filter(|&until| until >= now);
         self.writing_until = self.writing_until.filter(|&until| until > now);
-        let kept = cpu.data(self.registers.eecr) & EERIE;
+        let kept = cpu.data(self.registers.eecr) & (EERIE | self.modes());
         cpu.set_data(self.registers.eecr, kept | self.state());
         self.refresh(cpu);
     }
