@@ -200,7 +200,7 @@ impl Bus {
         }
     }
 
-    /// Acts for a master on a bus whose SDA is held low.
+    /// All masters lose the bus: SDA is held low, or the one whose byte it was has left.
     fn act_in_vain(&mut self, nodes: &mut [Mcu], now: u64) {
         let in_byte = matches!(self.phase, Phase::Byte { .. });
         for master in self.indices(Role::is_master) {
@@ -323,13 +323,13 @@ impl Bus {
         }
         let released = nodes.iter().map(released_at).max().unwrap_or(0);
         let bit = self.masters().map(|master| bit_cycles(&nodes[master])).max().unwrap_or(0);
-        let all = |wanted| self.masters().all(|master| command(&nodes[master]) == wanted);
-        self.phase = if all(Command::Stop) {
-            Phase::Stop { due: released + bit }
-        } else if all(Command::RepeatedStart) {
-            Phase::RepeatedStart { due: released + bit }
-        } else {
+        let any = |wanted| self.masters().any(|master| command(&nodes[master]) == wanted);
+        self.phase = if any(Command::Byte) {
             Phase::Byte { due: released + BYTE_BITS * bit }
+        } else if any(Command::Stop) {
+            Phase::Stop { due: released + bit }
+        } else {
+            Phase::RepeatedStart { due: released + bit }
         };
     }
 
@@ -378,12 +378,18 @@ impl Bus {
         self.phase = Phase::Held;
     }
 
+    /// A STOP wins over a repeated START, which needs SDA high where the STOP needs it low.
     fn stop(&mut self, nodes: &mut [Mcu], now: u64) {
         self.note(nodes, now, 1, BusSignal::Stop);
         self.dismiss_slaves(nodes, status::STOP_OR_REPEATED_START);
         for master in self.indices(Role::is_master) {
             self.roles[master] = Role::None;
-            nodes[master].act_on_twi(|twi, cpu| twi.stop_sent(cpu));
+            if command(&nodes[master]) == Command::Stop {
+                nodes[master].act_on_twi(|twi, cpu| twi.stop_sent(cpu));
+            } else {
+                self.counts.arbitrations_lost += 1;
+                report(&mut nodes[master], status::ARBITRATION_LOST);
+            }
         }
         self.phase = Phase::Free { since: now, in_byte: false };
     }
@@ -396,6 +402,11 @@ impl Bus {
     }
 
     fn byte(&mut self, nodes: &mut [Mcu], now: u64) {
+        let sends = |master: usize| command(&nodes[master]) == Command::Byte;
+        if self.next != NextByte::Read && !self.masters().any(sends) {
+            self.counts.abandoned += 1;
+            return self.act_in_vain(nodes, now);
+        }
         self.counts.bytes += 1;
         self.phase = Phase::Held;
         let (value, acknowledged) = match self.next {

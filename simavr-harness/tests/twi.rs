@@ -65,6 +65,38 @@ fn general_call() {
     assert_markers(&mcus[1], &[0x70, 0x90, 0xd0, 0x90, 0xd1, 0xa0]);
 }
 
+/// The masters send the same until one ends the transfer and the other goes on. Only one of them can.
+#[test]
+fn a_stop_wins_over_a_repeated_start() {
+    let masters = ["SCRIPT='S'", "SCRIPT='T'"].map(|script| build_with("twi_master.c", &[BIT_RATE, script]));
+    let slave = build_with("twi_slave.c", &[BIT_RATE]);
+    for quantum in [u64::MAX, 1] {
+        let mut mcus = [mcu(&masters[0]), mcu(&masters[1]), mcu(&slave)];
+        let mut bus = Bus::new(3);
+        lockstep::run_until(&mut mcus, &mut bus, 200_000, quantum);
+        assert_markers(&mcus[0], &[0x08, 0x18, 0x28, 0xff]);
+        assert_markers(&mcus[1], &[0x08, 0x18, 0x28, 0x38, 0xff]);
+        assert_markers(&mcus[2], &[0x60, 0x80, 0xd0, 0xa0]);
+        assert_eq!(bus.counts(), BusCounts { bytes: 2, arbitrations_lost: 1, abandoned: 0 });
+    }
+}
+
+/// One of two masters wants a repeated START where the other sends a byte, and this one leaves within it.
+#[test]
+fn a_byte_whose_sender_leaves_reaches_nobody() {
+    let masters = ["SCRIPT='L'", "SCRIPT='P'"].map(|script| build_with("twi_master.c", &[BIT_RATE, script]));
+    let slave = build_with("twi_slave.c", &[BIT_RATE]);
+    for quantum in [u64::MAX, 1] {
+        let mut mcus = [mcu(&masters[0]), mcu(&masters[1]), mcu(&slave)];
+        let mut bus = Bus::new(3);
+        lockstep::run_until(&mut mcus, &mut bus, 200_000, quantum);
+        assert_markers(&mcus[0], &[0x08, 0x18, 0xff]);
+        assert_markers(&mcus[1], &[0x08, 0x18, 0x38, 0xff]);
+        assert_markers(&mcus[2], &[0x60]);
+        assert_eq!(bus.counts(), BusCounts { bytes: 1, abandoned: 1, ..BusCounts::default() });
+    }
+}
+
 /// "TWDR always contains the last byte present on the bus" (section "TWI Data Register").
 #[test]
 fn an_addressed_slave_finds_the_address_in_twdr() {
