@@ -386,7 +386,7 @@ impl Mcu {
 
     /// The level of a pin as it could be measured: that of the output latch, or of the input.
     pub fn pin(&self, pin: Pin) -> bool {
-        self.cpu.pins(pin.port) & 1 << pin.bit != 0
+        self.cpu.is_high(pin)
     }
 
     /// Changes the voltages at the analog inputs of an ATmega128. They stay through resets; AVCC and AREF are

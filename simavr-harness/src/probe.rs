@@ -19,7 +19,7 @@ pub(crate) struct Probe {
 }
 
 pub(crate) fn attach(cpu: Cpu, pin: Pin) -> Attached<Probe> {
-    let level = cpu.pins(pin.port) & 1 << pin.bit != 0;
+    let level = cpu.is_high(pin);
     let probe = Attached::new(cpu, Probe { edges: Vec::new(), level }, &[], &[]);
     probe.watch_pin(cpu, pin.port, pin.bit);
     probe

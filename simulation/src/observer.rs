@@ -25,10 +25,9 @@ pub struct Observer {
     pub gait: Gait,
     /// The robot's own changes of its wiring, in order.
     pub own_changes: Vec<Event>,
-    /// The robot's own changes that nothing had asked for.
-    pub unasked: Vec<Event>,
-    /// Something that came from outside may have modules dock or let go.
-    may_dock: bool,
+    /// How many of them came before anything from outside that may have modules dock or let go. `None` until
+    /// that has come.
+    unasked: Option<usize>,
     /// The orders that came while no program ran that would have heard them.
     pub unheard: Vec<Event>,
     /// The attachments that modules can find out: none where one end is blind.
@@ -79,8 +78,7 @@ impl Observer {
             discovery: Discovery::new(robot),
             gait: Gait::new(wiring, period),
             own_changes: Vec::new(),
-            unasked: Vec::new(),
-            may_dock: false,
+            unasked: None,
             unheard: Vec::new(),
             audible: wiring.clone(),
             recorder: None,
@@ -116,7 +114,6 @@ impl Observer {
                 self.take(&trace_event);
             }
             self.follow(&event);
-            self.unasked.extend((!self.may_dock).then(|| event.clone()));
             self.own_changes.push(event);
         }
         trace_events.for_each(|trace_event| self.take(&trace_event));
@@ -137,10 +134,17 @@ impl Observer {
         self.gait.take(trace_event);
     }
 
+    /// The robot's own changes that nothing had asked for.
+    pub fn unasked(&self) -> &[Event] {
+        &self.own_changes[..self.unasked.unwrap_or(self.own_changes.len())]
+    }
+
     /// Takes in an event that has just happened to the robot.
     pub fn changed(&mut self, event: &Event) {
         self.follow(event);
-        self.may_dock |= may_dock(&event.change);
+        if may_dock(&event.change) {
+            self.unasked.get_or_insert(self.own_changes.len());
+        }
         let order = event.change.orders();
         if order.is_some() && !self.is_heard(event) {
             self.unheard.push(event.clone());

@@ -37,7 +37,7 @@ pub fn faults(run: &Run<impl Robot>, is_level: bool) -> Vec<String> {
             order.seconds()
         )
     }));
-    let unasked = observer.unasked.iter();
+    let unasked = observer.unasked().iter();
     faults.extend(unasked.map(|event| {
         format!(
             "{} after {:.2} s by the robot itself, which was not ordered to take another shape",

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
-use crate::Image;
+use crate::{Image, notes};
 
 /// A text file of notes, one a line; a line that begins with `#` is a comment. Functions are named as this
 /// tool names them; a `*` stands for [the rest of a name](Image::function).
@@ -57,18 +57,13 @@ impl Annotations {
     /// A line is no note, or names a function that the image does not have, or whose bytes are noted already.
     pub fn parse(text: &str, image: &Image) -> Result<Self, AnnotationError> {
         let mut annotations = Annotations::default();
-        // Some editors begin a file with a byte order mark.
-        for (line, text) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
-            let note = text.trim();
+        for (line, note) in notes(text) {
             let function = |name: &str| {
                 let name = name.trim();
                 image
                     .function(name)
                     .ok_or_else(|| AnnotationError::NoFunction { line, name: name.to_owned() })
             };
-            if note.is_empty() || note.starts_with('#') {
-                continue;
-            }
             if let Some((caller, callee)) = note.split_once("=>") {
                 // Calls are looked up by this name. It matters where a function has several names.
                 let caller = image.name(function(caller)?).to_owned();

@@ -34,6 +34,7 @@ pub mod effect;
 mod enables;
 pub mod flow;
 mod image;
+mod notes;
 mod problem;
 mod program;
 mod registers;
@@ -45,6 +46,7 @@ pub mod vectors;
 
 pub use annotations::{AnnotationError, Annotations};
 pub use image::{Image, ImageError};
+pub use notes::notes;
 pub use problem::Problem;
 pub use program::Found;
 pub use report::{Stack, Step};

@@ -74,12 +74,7 @@ impl Notes {
     /// A line is no note, or names a function that the image does not have.
     pub fn parse(text: &str, image: &Image) -> Result<Self, NoteError> {
         let mut notes = Notes::default();
-        // Some editors begin a file with a byte order mark.
-        for (line, text) in (1..).zip(text.trim_start_matches('\u{feff}').lines()) {
-            let note = text.trim();
-            if note.is_empty() || note.starts_with('#') {
-                continue;
-            }
+        for (line, note) in stack_bound::notes(text) {
             let (name, loops) = note.rsplit_once('=').ok_or(NoteError::Malformed { line })?;
             let name = name.trim().to_owned();
             let function = |name: &str| {

@@ -170,6 +170,11 @@ impl Cpu {
         latch & direction | input & !direction
     }
 
+    /// The level of a pin as it could be measured.
+    pub fn is_high(self, pin: Pin) -> bool {
+        self.pins(pin.port) & 1 << pin.bit != 0
+    }
+
     fn port_state(self, port: char) -> ffi::avr_ioport_state_t {
         // SAFETY: the structure holds integers only, for which zero is a value.
         let mut state: ffi::avr_ioport_state_t = unsafe { std::mem::zeroed() };

@@ -175,9 +175,8 @@ impl Adc {
     fn voltage(&self, cpu: Cpu, pin: usize) -> f64 {
         match self.analog.multiplexer {
             Some(Multiplexer { pin: joined, address }) if joined == pin => {
-                let is_high = |pin: Pin| cpu.pins(pin.port) & 1 << pin.bit != 0;
                 let number =
-                    (0..).zip(address).map(|(bit, pin)| usize::from(is_high(pin)) << bit).sum::<usize>();
+                    (0..).zip(address).map(|(bit, pin)| usize::from(cpu.is_high(pin)) << bit).sum::<usize>();
                 self.analog.multiplexed[number]
             }
             _ => self.analog.pins.get(pin).copied().unwrap_or(0.0),

@@ -82,8 +82,7 @@ impl External {
     fn refresh(&self, cpu: Cpu, number: usize) {
         let pin = Pin { port: PINS[number], bit: number as u8 };
         if Self::sense(cpu, number) == Sense::Low && !cpu.is_floating(pin) {
-            let is_high = cpu.pins(pin.port) & 1 << pin.bit != 0;
-            self.follow_level(cpu, number, is_high);
+            self.follow_level(cpu, number, cpu.is_high(pin));
         } else {
             interrupt::refresh(cpu, self.vectors[number]);
         }

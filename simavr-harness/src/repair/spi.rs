@@ -85,7 +85,7 @@ impl Device for Spi {
                     self.shifts_until = None;
                 }
                 interrupt::refresh(cpu, self.complete);
-                self.follow_select(cpu, cpu.pins(SS.port) & 1 << SS.bit != 0);
+                self.follow_select(cpu, cpu.is_high(SS));
             }
             SPSR => cpu.set_bits(SPSR, SPI2X, value & SPI2X != 0),
             _ => {
@@ -115,7 +115,7 @@ impl Device for Spi {
 
     fn expire(&mut self, cpu: Cpu, _now: u64) {
         self.shifts_until = None;
-        let is_high = cpu.pins(MISO.port) & 1 << MISO.bit != 0;
+        let is_high = cpu.is_high(MISO);
         self.received = if is_high { 0xff } else { 0 };
         cpu.raise(self.complete);
     }

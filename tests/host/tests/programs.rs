@@ -11,11 +11,16 @@ fn programs() -> Vec<PathBuf> {
     let (_, members) = workspace.split_once("\nmembers = [").unwrap();
     let (members, _) = members.split_once(']').unwrap();
     let packages = members.split('"').skip(1).step_by(2).map(|package| root.join(package));
-    let lists_them = |package: &PathBuf| read(&package.join("Cargo.toml")).contains("autotests = false");
-    let folders = packages
-        .filter(lists_them)
-        .flat_map(|package| ["tests", "tests/robot"].map(|folder| package.join(folder)));
-    folders.filter(|folder| folder.join("main.rs").exists()).collect()
+    let folders = packages.flat_map(|package| {
+        let manifest = read(&package.join("Cargo.toml"));
+        let paths =
+            manifest.lines().filter_map(|line| line.strip_prefix("path = \"")?.strip_suffix("/main.rs\""));
+        paths
+            .filter(|folder| folder.starts_with("tests"))
+            .map(|folder| package.join(folder))
+            .collect::<Vec<_>>()
+    });
+    folders.collect()
 }
 
 #[test]
