@@ -26,7 +26,9 @@ pub struct Exhaustive {
 
 struct Wheel {
     choice: usize,
-    choices: usize,
+    /// The steps to choose from, by their numbers. They are found once: every script that comes here has
+    /// begun with the same steps.
+    possible: Vec<usize>,
 }
 
 impl Exhaustive {
@@ -57,7 +59,7 @@ impl Exhaustive {
         self.has_interrupted = false;
         while let Some(mut wheel) = self.wheels.pop() {
             wheel.choice += 1;
-            if wheel.choice < wheel.choices {
+            if wheel.choice < wheel.possible.len() {
                 self.wheels.push(wheel);
                 return true;
             }
@@ -70,13 +72,14 @@ impl Exhaustive {
         self.is_left && self.advance()
     }
 
-    /// The steps that can happen in this state.
-    fn possible_steps(&self, reference: &Reference) -> impl Iterator<Item = &Step> {
-        self.steps.iter().filter(|step| match step {
+    /// The numbers of the steps that can happen in this state.
+    fn possible_steps(&self, reference: &Reference) -> Vec<usize> {
+        let is_possible = |step: &Step| match step {
             Step::Call(_, Some(_)) if self.has_interrupted => false,
             Step::Call(call, _) => reference.permits(*call),
             _ => true,
-        })
+        };
+        (0..self.steps.len()).filter(|&number| is_possible(&self.steps[number])).collect()
     }
 }
 
@@ -86,9 +89,10 @@ impl Script for Exhaustive {
             return None;
         }
         if self.at == self.wheels.len() {
-            self.wheels.push(Wheel { choice: 0, choices: self.possible_steps(reference).count() });
+            self.wheels.push(Wheel { choice: 0, possible: self.possible_steps(reference) });
         }
-        let step = self.possible_steps(reference).nth(self.wheels[self.at].choice)?.clone();
+        let Wheel { choice, possible } = &self.wheels[self.at];
+        let step = self.steps[*possible.get(*choice)?].clone();
         self.has_interrupted |= matches!(step, Step::Call(_, Some(_)));
         self.at += 1;
         Some(step)
