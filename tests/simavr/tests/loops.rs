@@ -36,7 +36,7 @@ fn nothing_runs_more_often_than_noted() {
     for (file, seconds, modules) in ROBOTS {
         let Scenario { wiring, timeline, .. } = Scenario::from_toml(file).expect("the file is right");
         let robot = RobotBuilder::wired(firmware(), &wiring).seed(1).power_up_within(40 * MILLISECOND);
-        let mut engine = Engine::new(robot.build().expect("it can be built"), 2);
+        let mut engine = Engine::new(robot.build().expect("it can be built"), 1);
         modules.iter().for_each(|&module| count(&mut engine, module));
         let mut run = Run::new(engine, timeline, SECOND);
         while run.step(seconds * SECOND).expect("the events can happen") {}

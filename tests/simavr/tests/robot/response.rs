@@ -1,14 +1,18 @@
 //! The joints' control never takes longer than its bound, and no interrupt waits longer than its bound, with
 //! any traffic at the docks. `SUPERBOT_BUSY=80` measures for 80 s of each kind of traffic.
 
+use std::sync::LazyLock;
+
 use simavr_harness::Controller;
 use simavr_harness::bench::module::busy::{self, Seen};
 use superbot_tests_simavr::bounds::{Noted, notes};
 use superbot_tests_simavr::{images, setting};
 use time_bound::{Costs, Releases, Responses};
 
-/// The bounds computed from an MCU's image.
-fn computed(controller: Controller) -> Responses {
+/// The bounds computed from the image of each MCU, in the order of [`Controller::ALL`].
+static COMPUTED: LazyLock<[Responses; 2]> = LazyLock::new(|| Controller::ALL.map(compute));
+
+fn compute(controller: Controller) -> Responses {
     let name = match controller {
         Controller::Master => "firmware-master",
         Controller::Slave => "firmware-slave",
@@ -23,8 +27,7 @@ fn computed(controller: Controller) -> Responses {
 
 #[test]
 fn no_byte_is_lost_at_any_line_for_an_interrupt_that_is_too_late() {
-    for controller in Controller::ALL {
-        let interrupts = computed(controller).interrupts;
+    for (controller, Responses { interrupts, .. }) in Controller::ALL.into_iter().zip(&*COMPUTED) {
         let slack = |vector: u8| interrupts.iter().find(|one| one.vector == vector)?.slack();
         for vector in [6, 8, 18, 30] {
             let slack =
@@ -39,8 +42,7 @@ fn neither_the_joints_control_nor_interrupts_take_longer_than_was_computed() {
     let seconds = setting("SUPERBOT_BUSY").unwrap_or(busy::SECONDS);
     let seen = busy::measure(&images(), seconds).expect("the module is busy");
     println!("MCU     what                  bound  longest  bound over longest");
-    for Seen { controller, control, waited } in seen {
-        let responses = computed(controller);
+    for (Seen { controller, control, waited }, responses) in seen.into_iter().zip(&*COMPUTED) {
         let hold = |what: &str, bound: Option<u64>, longest: u64| {
             let bound = bound.unwrap_or_else(|| panic!("{controller:?}: no bound of {what}"));
             let over = bound as f64 / longest as f64;

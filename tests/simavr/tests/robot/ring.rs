@@ -174,7 +174,7 @@ fn ends_that_miss_each_other_find_each_other_natively() {
 fn by_its_images(scenario: &Scenario, seed: u64) -> Outcome {
     let robot = RobotBuilder::wired(firmware(), &scenario.wiring).seed(seed).power_up_within(POWER_UP_WITHIN);
     let robot = robot.on_terrain(&Terrain::default()).build().expect("it can be built");
-    outcome(Engine::new(robot, 2), scenario)
+    outcome(Engine::new(robot, 1), scenario)
 }
 
 #[test]
