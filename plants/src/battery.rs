@@ -76,4 +76,12 @@ mod tests {
         battery.step(-0.8, 3600.0);
         assert!((battery.charge() - 0.5).abs() < 1e-9);
     }
+
+    #[test]
+    fn what_was_used_counts_from_power_up() {
+        let mut battery = Battery::at_power_up();
+        assert_eq!(battery.used(), 0.0);
+        battery.step(1.6, 360.0);
+        assert!((battery.used() - 0.1).abs() < 1e-9);
+    }
 }

@@ -92,3 +92,60 @@ const HOOKS_TURN: f64 = 12.0;
 pub fn catches(millimetres: f64, degrees: f64) -> bool {
     millimetres <= HOOKS_REACH && degrees.abs() <= HOOKS_TURN
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_latch_travels_from_one_switch_to_the_other_and_stalls_at_the_end() {
+        let mut latch = Latch::at(0.0);
+        latch.step(1, TRAVEL_SECONDS / 2.0);
+        assert_eq!((latch.way(), latch.amperes()), (0.5, RUNNING_AMPERES));
+        assert!(!latch.is_released() && !latch.is_latched());
+        latch.step(1, TRAVEL_SECONDS);
+        assert_eq!((latch.way(), latch.amperes()), (1.0, STALLED_AMPERES));
+        assert!(!latch.is_released() && latch.is_latched());
+        latch.step(0, TRAVEL_SECONDS);
+        assert_eq!((latch.way(), latch.amperes()), (1.0, 0.0));
+        latch.step(-1, 2.0 * TRAVEL_SECONDS);
+        assert_eq!((latch.way(), latch.amperes()), (0.0, STALLED_AMPERES));
+        assert!(latch.is_released() && !latch.is_latched());
+    }
+
+    #[test]
+    fn switches_close_shortly_before_the_ends() {
+        assert!(Latch::at(SWITCH).is_released() && !Latch::at(SWITCH + 0.001).is_released());
+        assert!(Latch::at(1.0 - SWITCH).is_latched() && !Latch::at(1.0 - SWITCH - 0.001).is_latched());
+        let broken = Latch { switch_is_broken: true, ..Latch::at(1.0) };
+        assert!(!broken.is_latched() && !broken.is_released());
+    }
+
+    #[test]
+    fn an_obstacle_holds_a_latch_where_it_is_and_lets_it_go_back() {
+        let mut latch = Latch { blocked_at: Some(0.25), ..Latch::at(0.0) };
+        latch.step(1, TRAVEL_SECONDS);
+        assert_eq!((latch.way(), latch.amperes()), (0.25, STALLED_AMPERES));
+        let mut beyond = Latch { blocked_at: Some(0.25), ..Latch::at(0.75) };
+        beyond.step(1, TRAVEL_SECONDS);
+        assert_eq!((beyond.way(), beyond.amperes()), (0.75, STALLED_AMPERES));
+        beyond.step(-1, TRAVEL_SECONDS / 4.0);
+        assert_eq!((beyond.way(), beyond.amperes()), (0.5, RUNNING_AMPERES));
+    }
+
+    #[test]
+    fn less_light_comes_back_from_a_dock_that_is_farther_away_or_more_askew() {
+        assert_eq!(reflected(0.0, 0.0), 800);
+        assert_eq!(reflected(HALF_DISTANCE, 0.0), 400);
+        assert_eq!(reflected(2.0 * HALF_DISTANCE, 0.0), 160);
+        assert_eq!([LOBE_DEGREES, -LOBE_DEGREES].map(|askew| reflected(0.0, askew)), [294; 2]);
+        assert_eq!(reflected(HALF_DISTANCE, LOBE_DEGREES), 147);
+    }
+
+    #[test]
+    fn hooks_catch_a_dock_that_is_close_and_hardly_askew() {
+        assert!(catches(HOOKS_REACH, HOOKS_TURN) && catches(HOOKS_REACH, -HOOKS_TURN));
+        assert!(!catches(HOOKS_REACH + 0.1, 0.0));
+        assert!(!catches(0.0, HOOKS_TURN + 0.1) && !catches(0.0, -HOOKS_TURN - 0.1));
+    }
+}

@@ -108,3 +108,91 @@ pub fn before((one, frame): (Dock, DAffine3), (other, there): (Dock, DAffine3)) 
     let is_behind = off.translation.x > EDGE / 2.0;
     (degrees < 90.0 && !is_behind).then_some((off.translation.length(), degrees))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Dock::{Back, Down, Front, Left, Right, Up};
+
+    const STRAIGHT: Angles = [0.0; 3];
+    const MIDDLE: f64 = EDGE / 2.0;
+
+    /// Where the middle of a dock's face is, and where the dock points.
+    fn place(dock: Dock, angles: Angles) -> [DVec3; 2] {
+        let frame = dock.in_module(angles);
+        [frame.translation, frame.transform_vector3(DVec3::X)]
+    }
+
+    fn expect_place(dock: Dock, angles: Angles, at: DVec3, outwards: DVec3) {
+        let [is_at, points] = place(dock, angles);
+        assert!(is_at.abs_diff_eq(at, 1e-9), "{dock:?} at {angles:?} is at {is_at}, not at {at}");
+        assert!(points.abs_diff_eq(outwards, 1e-9), "{dock:?} at {angles:?} points to {points}");
+    }
+
+    #[test]
+    fn docks_are_in_the_middle_of_the_faces_of_two_cubes_in_a_row() {
+        for (dock, cube, outwards) in [
+            (Front, MIDDLE, DVec3::X),
+            (Back, -MIDDLE, DVec3::NEG_X),
+            (Left, MIDDLE, DVec3::Y),
+            (Right, MIDDLE, DVec3::NEG_Y),
+            (Up, -MIDDLE, DVec3::Z),
+            (Down, -MIDDLE, DVec3::NEG_Z),
+        ] {
+            expect_place(dock, STRAIGHT, DVec3::X * cube + outwards * MIDDLE, outwards);
+        }
+    }
+
+    #[test]
+    fn positive_angles_bend_both_halves_up_and_roll_the_half_behind_to_the_right() {
+        expect_place(Front, [90.0, 0.0, 0.0], DVec3::new(MIDDLE, 0.0, MIDDLE), DVec3::Z);
+        expect_place(Back, [0.0, 0.0, 90.0], DVec3::new(-MIDDLE, 0.0, MIDDLE), DVec3::Z);
+        expect_place(Up, [0.0, 90.0, 0.0], DVec3::new(-MIDDLE, -MIDDLE, 0.0), DVec3::NEG_Y);
+        expect_place(Front, [0.0, 90.0, 0.0], DVec3::X * EDGE, DVec3::X);
+    }
+
+    #[test]
+    fn docks_that_are_attached_face_each_other_from_whichever_side() {
+        for (one, other) in Dock::ALL.into_iter().flat_map(|one| Dock::ALL.map(|other| (one, other))) {
+            let there = attached(one, other);
+            assert!(there.transform_vector3(DVec3::X).abs_diff_eq(DVec3::NEG_X, 1e-9), "{one:?} {other:?}");
+            let back = attached(other, one) * there;
+            assert!(back.abs_diff_eq(DAffine3::IDENTITY, 1e-9), "{one:?} {other:?}");
+        }
+    }
+
+    #[test]
+    fn the_hip_of_a_leg_turns_about_the_bodys_z_and_its_front_half_has_the_bodys_up_when_it_is_rolled() {
+        for (side, roll) in [(Left, 90.0), (Right, -90.0)] {
+            let leg = |roll| {
+                side.in_module(STRAIGHT) * attached(side, Back) * Back.in_module([0.0, roll, 0.0]).inverse()
+            };
+            let hip = leg(0.0).transform_vector3(DVec3::Y);
+            assert!(hip.z.abs() > 1.0 - 1e-9, "{side:?}: {hip}");
+            let up = leg(roll).transform_vector3(DVec3::Z);
+            assert!(up.abs_diff_eq(DVec3::Z, 1e-9), "{side:?}: {up}");
+        }
+    }
+
+    /// The position of a Front before a Back that is `off` from where it would fit.
+    fn before_at(off: DAffine3) -> Option<(f64, f64)> {
+        let frame = DAffine3::from_translation(DVec3::new(1.0, 2.0, 3.0)) * DAffine3::from_rotation_z(1.0);
+        before((Front, frame), (Back, frame * attached(Front, Back) * off))
+    }
+
+    #[test]
+    fn a_dock_is_before_another_that_faces_it_as_far_and_as_much_askew_as_it_is_off() {
+        let off = |x, y, degrees: f64| {
+            DAffine3::from_translation(DVec3::new(x, y, 0.0))
+                * DAffine3::from_rotation_y(degrees.to_radians())
+        };
+        for (x, y, degrees) in [(0.0, 0.0, 0.0), (-3.0, 4.0, 0.0), (0.0, 0.0, 20.0), (-30.0, 40.0, -89.0)] {
+            let (distance, askew) = before_at(off(x, y, degrees)).expect("it faces it");
+            assert!((distance - x.hypot(y)).abs() < 1e-9, "{distance}");
+            assert!((askew - degrees.abs()).abs() < 1e-5, "{askew}");
+        }
+        assert_eq!(before_at(off(0.0, 0.0, 91.0)), None, "it faces away");
+        assert!(before_at(off(MIDDLE - 0.1, 0.0, 0.0)).is_some(), "bodies press into each other a little");
+        assert_eq!(before_at(off(MIDDLE + 0.1, 0.0, 0.0)), None, "it is behind");
+    }
+}

@@ -182,11 +182,37 @@ mod tests {
     }
 
     #[test]
+    fn what_friction_leaves_of_the_torque_speeds_up_the_inertia() {
+        for (duty, direction) in [(1.0, 1.0), (-1.0, -1.0)] {
+            let mut joint = Joint::at(10.0);
+            let Motor { stall_torque, sliding_friction, gear_inertia, .. } = joint.motor;
+            joint.surroundings.load_torque = 0.3;
+            joint.surroundings.friction = 2.0;
+            let torque = direction * stall_torque + 0.3 - direction * 2.0 * sliding_friction;
+            let speed = (torque / (gear_inertia + joint.surroundings.load_inertia) * 1e-3).to_degrees();
+            joint.step(duty, 1e-3);
+            assert!((joint.degrees_per_second() - speed).abs() < 1e-9, "{joint:?}");
+            assert!((joint.degrees() - (10.0 + speed * 1e-3)).abs() < 1e-9, "{joint:?}");
+        }
+    }
+
+    #[test]
+    fn friction_stops_a_joint_and_does_not_turn_it_back() {
+        for speed in [0.01, -0.01] {
+            let mut joint = Joint::at(0.0);
+            joint.put(0.5, speed);
+            joint.step(0.0, 1e-3);
+            assert_eq!((joint.degrees(), joint.degrees_per_second()), (0.5_f64.to_degrees(), 0.0));
+        }
+    }
+
+    #[test]
     fn a_held_joint_draws_the_stall_current() {
         let mut joint = Joint::at(10.0);
         joint.surroundings.is_blocked = true;
         run(&mut joint, -1.0, 0.1);
         assert!((joint.amperes() - STALL_CURRENT).abs() < 1e-9);
+        assert!((joint.current_volts() - STALL_CURRENT * CURRENT_VOLTS_PER_AMPERE).abs() < 1e-9);
         assert_eq!(joint.degrees(), 10.0_f64.to_radians().to_degrees());
     }
 
@@ -203,14 +229,23 @@ mod tests {
 
     #[test]
     fn the_mechanical_stops_hold() {
-        let mut joint = Joint::at(130.0);
-        run(&mut joint, 1.0, 1.0);
-        assert!((joint.degrees() - STOP).abs() < 1e-9);
+        for (begin, duty, stop) in [(130.0, 1.0, STOP), (-130.0, -1.0, -STOP)] {
+            let mut joint = Joint::at(begin);
+            run(&mut joint, duty, 1.0);
+            assert!((joint.degrees() - stop).abs() < 1e-9);
+        }
     }
 
     #[test]
     fn the_potentiometer_reads_from_end_to_end() {
         assert_eq!(counts(Joint::at(0.0).potentiometer_volts()), 512);
+        for end in [-0.5, 0.5] {
+            let volts = Joint::at(end * POTENTIOMETER_TRAVEL).potentiometer_volts();
+            assert!((volts - (0.5 + end) * REFERENCE_VOLTS).abs() < 1e-9, "{volts}");
+        }
+        let turned_on_its_shaft = Joint { zero: 10.0, ..Joint::at(20.0) };
+        let [is, to_be] = [turned_on_its_shaft, Joint::at(30.0)].map(|joint| joint.potentiometer_volts());
+        assert!((is - to_be).abs() < 1e-9, "{is}, not {to_be}");
         assert_eq!(counts(0.0), 0);
         assert_eq!(counts(5.0), 1023);
         let mut joint = Joint::at(20.0);

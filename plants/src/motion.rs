@@ -60,6 +60,18 @@ mod tests {
         }
     }
 
+    /// Twice the heading is the direction of a sum of vectors, one for each axis: as long as the axis was,
+    /// times as long as it is.
+    #[test]
+    fn a_longer_axis_counts_for_more() {
+        let turn = DMat3::from_rotation_z(40.0_f64.to_radians());
+        let long = turn * DVec3::X * 3.0;
+        let heading = turned(&[[1.0, 0.0], [3.0, 0.0]], &[[1.0, 0.0], [long.x, long.y]], 0.0);
+        let (sin, cos) = 80.0_f64.to_radians().sin_cos();
+        let expected = (9.0 * sin).atan2(1.0 + 9.0 * cos).to_degrees() / 2.0;
+        assert!((heading - expected).abs() < 1e-9, "{heading}, not {expected}");
+    }
+
     #[test]
     fn a_ring_that_rolls_does_not_turn() {
         let parts = [0.0, 60.0, 120.0, 180.0, 240.0, 300.0]

@@ -110,4 +110,21 @@ mod tests {
         assert!((turning - (standing - motor.braking() * speed)).abs() < 1e-12);
         assert!(motor.torque(motor.amperes(volts, motor.free_speed(volts))).abs() < 1e-12);
     }
+
+    #[test]
+    fn full_duty_stalls_with_its_torque_and_current_and_turns_at_80_degrees_a_second() {
+        let motor = Motor::default();
+        assert!((motor.amperes(SUPPLY_VOLTS, 0.0) - STALL_CURRENT).abs() < 1e-12);
+        assert!((motor.torque(STALL_CURRENT) - STALL_TORQUE).abs() < 1e-12);
+        assert!((motor.free_speed(SUPPLY_VOLTS).to_degrees() - 80.0).abs() < 0.5);
+    }
+
+    #[test]
+    fn a_joint_that_stands_or_creeps_has_more_friction_than_one_that_turns() {
+        let motor = Motor::default();
+        let friction = |degrees_per_second: f64| motor.friction(degrees_per_second.to_radians());
+        assert_eq!([0.0, 0.29, -0.29].map(friction), [motor.static_friction(); 3]);
+        assert_eq!([0.31, -0.31].map(friction), [motor.sliding_friction; 2]);
+        assert_eq!(motor.static_friction(), 1.5 * SLIDING_FRICTION);
+    }
 }
