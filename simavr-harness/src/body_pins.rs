@@ -39,6 +39,14 @@ const TIMER1_INTERRUPTS: [(u16, u8); 2] = [(0x57, 0x3c), (0x7d, 0x01)];
 const DOCKS: [(Controller, [Dock; 3]); 2] =
     [(Controller::Master, MASTER.docks()), (Controller::Slave, SLAVE.docks())];
 
+/// WGM10 and WGM11 in TCCR1A, WGM12 and WGM13 in TCCR1B, and there the bits that choose the clock.
+const MODE_A: u8 = 0b11;
+const MODE_B: u8 = 0b11 << 3;
+const CLOCK: u8 = 0b111;
+
+/// [`MODE_A`] and [`MODE_B`] of PWM up to ICR1: phase and frequency correct, phase correct, and fast.
+const PWM_TO_ICR1: [(u8, u8); 3] = [(0, 1 << 4), (1 << 1, 1 << 4), (1 << 1, MODE_B)];
+
 /// The levels last shown for the switches at the ends of the latches, by dock: released, latched.
 #[derive(Default)]
 pub struct BodyPins {
@@ -61,10 +69,16 @@ impl BodyPins {
 
     /// Moves the body for a [`STEP`] as the pins drive it, and then shows the MCUs its new state.
     pub fn step(&mut self, body: &mut Body, mcus: &mut [Mcu; 2]) {
-        for mcu in &mut *mcus {
+        for (controller, mcu) in Controller::ALL.into_iter().zip(&mut *mcus) {
             if TIMER1_INTERRUPTS.iter().any(|&(register, mask)| mcu.read(register).unwrap_or(0) & mask != 0) {
                 mcu.crash_for(
                     "Timer1 interrupts: on a module it drives the joints, and nothing else is simulated",
+                );
+            }
+            if is_driven_otherwise(mcu, controller) {
+                mcu.crash_for(
+                    "Timer1 drives a joint otherwise: on a module it is to clear the pin at the match, in \
+                     PWM up to ICR1 (WGM13..0 = 8, 10 or 14)",
                 );
             }
         }
@@ -154,6 +168,19 @@ fn is_high(mcu: &Mcu, port: u16, bit: u8) -> bool {
 
 fn is_output(mcu: &Mcu, port: u16, bit: u8) -> bool {
     mcu.read(port - 1).is_some_and(|outputs| outputs & 1 << bit != 0) // DDRx lies before PORTx
+}
+
+/// Whether Timer1 runs, and drives a joint by pulses whose [`duty`] is another one than that.
+fn is_driven_otherwise(mcu: &Mcu, controller: Controller) -> bool {
+    let [a, b] = [TCCR1A, TCCR1B].map(|address| mcu.read(address).unwrap_or(0));
+    let is_other_mode = !PWM_TO_ICR1.contains(&(a & MODE_A, b & MODE_B));
+    let is_driven_otherwise = |wiring: &JointWiring| {
+        let at_match = a & wiring.output_mode();
+        let is_driven = at_match != 0 && is_output(mcu, PORTB, wiring.pin);
+        is_driven && (is_other_mode || at_match != wiring.connected)
+    };
+    let mut joints = JOINTS.iter().filter(|wiring| wiring.controller == controller);
+    b & CLOCK != 0 && joints.any(is_driven_otherwise)
 }
 
 /// The duty of a joint's motor, -1 to 1.

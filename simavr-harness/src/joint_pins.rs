@@ -28,6 +28,13 @@ pub struct JointWiring {
     pub current: usize,
 }
 
+impl JointWiring {
+    /// The bits of TCCR1A that say what a match does to the pin: COM1x1, which connects it, and COM1x0.
+    pub const fn output_mode(&self) -> u8 {
+        self.connected | self.connected >> 1
+    }
+}
+
 pub const JOINTS: [JointWiring; 3] = [
     half_joint(Controller::Master, Axis::Front),
     JointWiring {

@@ -91,6 +91,34 @@ fn interrupts_of_timer1_crash_a_module_s_program() {
     }
 }
 
+/// The body takes the duty from OCR1x and ICR1, so in other modes motors would turn as no motor does.
+#[test]
+fn a_program_that_drives_a_joint_by_timer1_in_another_mode_crashes() {
+    /// Which of the MCUs crash that have these in TCCR1A, TCCR1B and DDRB.
+    fn refused(a: u8, b: u8, outputs: u8) -> [bool; 2] {
+        let set = [(outputs, OUT_DDRB), (b, OUT_TCCR1B), (a, OUT_TCCR1A)];
+        let mut program: Vec<u16> =
+            set.into_iter().flat_map(|(value, address)| [ldi(16, value.into()), out(address, 16)]).collect();
+        program.push(STAY);
+        let mut mcus = wired(&program);
+        mcus.iter_mut().for_each(|mcu| mcu.run_until(100));
+        BodyPins::default().step(&mut Body::default(), &mut mcus);
+        mcus.iter_mut().for_each(|mcu| mcu.run_until(200));
+        mcus.each_ref().map(|mcu| mcu.crash_reason().is_some_and(|reason| reason.contains("Timer1")))
+    }
+    let both = 0x60; // OC1A, and OC1B, which drives a joint on the master only
+    for (a, b) in [(0x80, 0x11), (0x82, 0x11), (0x82, 0x19)] {
+        assert_eq!(refused(a, b, both), [false; 2], "phase and frequency correct, phase correct, fast");
+    }
+    for (a, b) in [(0x80, 0x01), (0x81, 0x09), (0x80, 0x09), (0x82, 0x09), (0xc0, 0x11), (0x40, 0x19)] {
+        assert_eq!(refused(a, b, both), [true; 2], "{a:#x}, {b:#x}");
+        assert_eq!(refused(a, b & !CLOCK, both), [false; 2], "it does not run");
+        assert_eq!(refused(a, b, 0x40), [false; 2], "the pin is an input");
+    }
+    assert_eq!(refused(0x20, 0x05, both), [true, false]);
+    assert_eq!(refused(0x0c, 0x09, 0xff), [false; 2], "OC1C drives no joint");
+}
+
 /// A bit of PORTx without that of DDRx is a pull-up (section "Configuring the Pin").
 #[test]
 fn a_pull_up_closes_no_power_switch() {
