@@ -44,7 +44,7 @@ fn answer(inspector: Address, payload: &[u8]) -> Vec<u8> {
     let base = if inspector == MASTER { 100 } else { 200 };
     let docks = if inspector == MASTER { [0, 2, 3] } else { [1, 4, 5] };
     let words: Vec<u16> = match kind {
-        0 if inspector == MASTER => vec![WORKS - 35, 1],
+        0 if inspector == MASTER => vec![WORKS - 35, 0b10],
         0 => vec![0, 0b1_1111],
         1 => {
             assert!(index < if inspector == MASTER { 11 } else { 9 }, "there is no such task");
@@ -92,7 +92,7 @@ fn text(topic: Topic, silent: Option<Address>, loss: f64, random: &mut Random) -
 
 const ALL: &str = "\
 SuperBot 0.1.0
-master: awake for 7.0 % of 50 ms, reset by power-on
+master: awake for 7.0 % of 50 ms, reset by RESET pin
 slave: awake for 100.0 % of 50 ms, reset by power-on, RESET pin, brown-out, watchdog, JTAG
 
 master           priority  stack unused
@@ -227,6 +227,73 @@ fn the_last_that_begins_is_served_and_no_other_goes_on() {
     assert_eq!(sent(&mut dialogue).map(|sent| sent.to), Some(other));
     assert!(!ask(&mut dialogue, CLIENT, next));
     assert_eq!(sent(&mut dialogue), None);
+}
+
+#[test]
+fn a_text_that_is_begun_anew_comes_from_its_first_piece() {
+    let mut dialogue = Dialogue::new(SLAVE);
+    ask(&mut dialogue, CLIENT, Request::Begin(Topic::Cpu));
+    let first = sent(&mut dialogue).expect("the first piece");
+    for taken in 1..10 {
+        let mut number = Number::FIRST;
+        for _ in 0..taken {
+            assert!(ask(&mut dialogue, CLIENT, Request::Next(number)));
+            number = number.next();
+            while let Some(Sent { to, payload }) = sent(&mut dialogue) {
+                assert!(to == CLIENT || dialogue.receive(to, &answer(to, &payload)));
+            }
+        }
+        ask(&mut dialogue, CLIENT, Request::Begin(Topic::Cpu));
+        assert_eq!(sent(&mut dialogue).as_ref(), Some(&first), "after {taken} more");
+    }
+}
+
+#[test]
+fn only_the_last_piece_comes_again_and_none_after_the_end() {
+    let mut dialogue = Dialogue::new(SLAVE);
+    ask(&mut dialogue, CLIENT, Request::Begin(Topic::Cpu));
+    let mut pieces = Vec::new();
+    while let Some(Sent { to, payload }) = sent(&mut dialogue) {
+        if to != CLIENT {
+            assert!(dialogue.receive(to, &answer(to, &payload)));
+            continue;
+        }
+        let (number, characters) = piece(&payload).expect("a piece");
+        let is_end = characters.is_empty();
+        pieces.push((number, payload));
+        if !is_end {
+            ask(&mut dialogue, CLIENT, Request::Next(number));
+        }
+    }
+    let [(first, _), .., (before, _), (last, end)] = &pieces[..] else { panic!("{pieces:?}") };
+    for number in [*last, *first] {
+        assert!(!ask(&mut dialogue, CLIENT, Request::Next(number)), "{number:?}");
+        assert_eq!(sent(&mut dialogue), None);
+    }
+    assert!(ask(&mut dialogue, CLIENT, Request::Next(*before)));
+    assert_eq!(sent(&mut dialogue).map(|sent| sent.payload).as_ref(), Some(end));
+}
+
+/// What it takes and what it refuses is counted.
+#[test]
+fn while_an_answer_is_awaited_only_that_and_repeated_requests_are_taken() {
+    let mut dialogue = Dialogue::new(SLAVE);
+    ask(&mut dialogue, CLIENT, Request::Begin(Topic::Cpu));
+    let mut last = Number::FIRST;
+    let question = loop {
+        let Sent { to, payload } = sent(&mut dialogue).expect("a piece or a question");
+        let Some((number, _)) = piece(&payload) else { break payload };
+        assert_eq!(to, CLIENT);
+        assert!(ask(&mut dialogue, CLIENT, Request::Next(number)));
+        last = number;
+    };
+    assert!(dialogue.awaits_answer());
+    assert!(ask(&mut dialogue, CLIENT, Request::Next(last)), "repeated");
+    assert!(!ask(&mut dialogue, CLIENT, Request::Next(last.next().next())), "of no piece");
+    let whole = answer(MASTER, &question);
+    assert!(!dialogue.receive(MASTER, &whole[..whole.len() - 1]), "half a word");
+    assert!(dialogue.awaits_answer());
+    assert!(dialogue.receive(MASTER, &whole));
 }
 
 /// A module may take the place of a terminal.
