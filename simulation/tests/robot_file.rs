@@ -160,6 +160,7 @@ fn what_a_world_cannot_be_is_refused() {
         ("steps = { from_m = 1, height_mm = 20, length_mm = 100 }", "missing field `number`"),
         ("boxes = [{ at_m = [0, 0], size_mm = [100, 0.5, 30] }]", "from 1 to 100000 mm"),
         ("boxes = [{ at_m = [0, 0], size_mm = [1, 1, 1], turned_degrees = 181 }]", "from -180 to 180"),
+        ("boxes = [{ at_m = [0, 0], size_mm = [1, 1, 1], turned_degrees = -181 }]", "from -180 to 180"),
         ("walls = [{ from_m = [0, inf], to_m = [1, 0], height_mm = 30 }]", "from -1000 to 1000 m"),
         ("boxes = [{ at_m = [0, 0, 0], size_mm = [1, 1, 1] }]", "this list has length 3: give 2 values"),
         ("boxes = [{ at_m = [0, 0], size_mm = [1, 1, 1, 1] }]", "this list has length 4: give 3 values"),
@@ -263,6 +264,7 @@ fn errors_point_at_the_line_and_say_what_to_do() {
         (&event("at = 1\nloss = 2"), 4, "[[event]]", "give a probability from 0 to 1"),
         (&event("at = 1\nnoise = 1.1"), 4, "[[event]]", "give a probability from 0 to 1"),
         (&event("at = 1\nroll = 181"), 4, "[[event]]", "give `roll` in degrees from -180 to 180"),
+        (&event("at = 1\nroll = -181"), 4, "[[event]]", "give `roll` in degrees from -180 to 180"),
         (&event("at = 1\nroll = nan"), 4, "[[event]]", "give `roll` in degrees from -180 to 180"),
         (&event("at = 1\npush = 1"), 4, "[[event]]", "give both `push`"),
         (&event("at = 1\npush = 5\nnewtons = [0, 1, 2]"), 4, "[[event]]", "there is no module 5"),
@@ -279,6 +281,12 @@ fn errors_point_at_the_line_and_say_what_to_do() {
             "`from` belongs to `loss` or `noise`",
         ),
         (&event("at = 1\ncommand = [1]"), 4, "[[event]]", "give both `command`"),
+        (
+            &event(&format!("at = 1\ncommand = {:?}\nto = \"0.Up\"", [1; 17])),
+            4,
+            "[[event]]",
+            "give a command of at most 16 bytes",
+        ),
         (
             &event("at = 1\ncommand = [0xd1, 1, 3]\nto = \"0.Up\""),
             4,
