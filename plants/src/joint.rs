@@ -218,13 +218,16 @@ mod tests {
 
     #[test]
     fn friction_holds_what_pulls_too_little() {
-        let mut joint = Joint::at(0.0);
-        joint.surroundings.load_torque = 0.9 * joint.motor.static_friction();
-        run(&mut joint, 0.0, 1.0);
-        assert_eq!(joint.degrees(), 0.0);
-        joint.surroundings.load_torque = 1.1 * joint.motor.static_friction();
-        run(&mut joint, 0.0, 1.0);
-        assert!(joint.degrees() > 0.0);
+        for friction in [1.0, 2.0] {
+            let mut joint = Joint::at(0.0);
+            joint.surroundings.friction = friction;
+            joint.surroundings.load_torque = 0.9 * friction * joint.motor.static_friction();
+            run(&mut joint, 0.0, 1.0);
+            assert_eq!(joint.degrees(), 0.0);
+            joint.surroundings.load_torque = 1.1 * friction * joint.motor.static_friction();
+            run(&mut joint, 0.0, 1.0);
+            assert!(joint.degrees() > 0.0);
+        }
     }
 
     #[test]
