@@ -117,14 +117,10 @@ mod tests {
     const STRAIGHT: Angles = [0.0; 3];
     const MIDDLE: f64 = EDGE / 2.0;
 
-    /// Where the middle of a dock's face is, and where the dock points.
-    fn place(dock: Dock, angles: Angles) -> [DVec3; 2] {
-        let frame = dock.in_module(angles);
-        [frame.translation, frame.transform_vector3(DVec3::X)]
-    }
-
+    /// Fails where the middle of the dock's face is not here, or the dock points elsewhere.
     fn expect_place(dock: Dock, angles: Angles, at: DVec3, outwards: DVec3) {
-        let [is_at, points] = place(dock, angles);
+        let frame = dock.in_module(angles);
+        let (is_at, points) = (frame.translation, frame.transform_vector3(DVec3::X));
         assert!(is_at.abs_diff_eq(at, 1e-9), "{dock:?} at {angles:?} is at {is_at}, not at {at}");
         assert!(points.abs_diff_eq(outwards, 1e-9), "{dock:?} at {angles:?} points to {points}");
     }

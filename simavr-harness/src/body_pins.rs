@@ -174,13 +174,13 @@ fn is_output(mcu: &Mcu, port: u16, bit: u8) -> bool {
 fn is_driven_otherwise(mcu: &Mcu, controller: Controller) -> bool {
     let [a, b] = [TCCR1A, TCCR1B].map(|address| mcu.read(address).unwrap_or(0));
     let is_other_mode = !PWM_TO_ICR1.contains(&(a & MODE_A, b & MODE_B));
-    let is_driven_otherwise = |wiring: &JointWiring| {
+    let has_other_duty = |wiring: &JointWiring| {
         let at_match = a & wiring.output_mode();
         let is_driven = at_match != 0 && is_output(mcu, PORTB, wiring.pin);
         is_driven && (is_other_mode || at_match != wiring.connected)
     };
     let mut joints = JOINTS.iter().filter(|wiring| wiring.controller == controller);
-    b & CLOCK != 0 && joints.any(is_driven_otherwise)
+    b & CLOCK != 0 && joints.any(has_other_duty)
 }
 
 /// The duty of a joint's motor, -1 to 1.

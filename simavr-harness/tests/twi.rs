@@ -9,16 +9,33 @@ use simavr_harness::{Bus, BusCounts, Image, Mcu, Reset, State, lockstep};
 const BIT_RATE: &str = "BIT_RATE=72";
 const BIT: u64 = 160;
 
+/// The program of a master that plays `script`.
+fn master(script: char) -> Arc<Image> {
+    build_with("twi_master.c", &[BIT_RATE, &format!("SCRIPT='{script}'")])
+}
+
 /// Runs a master that plays `script`, and a slave, to the master's end.
 fn play(script: char, slave_defines: &[&str]) -> ([Mcu; 2], Bus) {
-    let master = build_with("twi_master.c", &[BIT_RATE, &format!("SCRIPT='{script}'")]);
     let slave = build_with("twi_slave.c", &[&[BIT_RATE], slave_defines].concat());
-    let mut mcus = [mcu(&master), mcu(&slave)];
+    let mut mcus = [mcu(&master(script)), mcu(&slave)];
     let mut bus = Bus::new(2);
     lockstep::run_until(&mut mcus, &mut bus, 200_000, u64::MAX);
     assert_eq!(mcus[0].state(), State::Done, "{:x?}", marked(&mcus[0]));
     assert_eq!(mcus[1].state(), State::Sleeping);
     (mcus, bus)
+}
+
+/// Runs two masters that play these scripts at the same time, and a slave. Calls `check` with the outcome,
+/// which is the same in turns of any length.
+fn play_both(scripts: [char; 2], check: impl Fn([Mcu; 3], Bus)) {
+    let masters = scripts.map(master);
+    let slave = build_with("twi_slave.c", &[BIT_RATE]);
+    for quantum in [u64::MAX, 1] {
+        let mut mcus = [mcu(&masters[0]), mcu(&masters[1]), mcu(&slave)];
+        let mut bus = Bus::new(3);
+        lockstep::run_until(&mut mcus, &mut bus, 200_000, quantum);
+        check(mcus, bus);
+    }
 }
 
 #[track_caller]
@@ -52,8 +69,7 @@ fn repeated_start() {
 
 #[test]
 fn nobody_there() {
-    let master = build_with("twi_master.c", &[BIT_RATE, "SCRIPT='W'"]);
-    let mut mcus = [mcu(&master)];
+    let mut mcus = [mcu(&master('W'))];
     lockstep::run_until(&mut mcus, &mut Bus::new(1), 200_000, u64::MAX);
     assert_markers(&mcus[0], &[0x08, 0x20, 0xff]);
 }
@@ -68,33 +84,23 @@ fn general_call() {
 /// The masters send the same until one ends the transfer and the other goes on. Only one of them can.
 #[test]
 fn a_stop_wins_over_a_repeated_start() {
-    let masters = ["SCRIPT='S'", "SCRIPT='T'"].map(|script| build_with("twi_master.c", &[BIT_RATE, script]));
-    let slave = build_with("twi_slave.c", &[BIT_RATE]);
-    for quantum in [u64::MAX, 1] {
-        let mut mcus = [mcu(&masters[0]), mcu(&masters[1]), mcu(&slave)];
-        let mut bus = Bus::new(3);
-        lockstep::run_until(&mut mcus, &mut bus, 200_000, quantum);
+    play_both(['S', 'T'], |mcus, bus| {
         assert_markers(&mcus[0], &[0x08, 0x18, 0x28, 0xff]);
         assert_markers(&mcus[1], &[0x08, 0x18, 0x28, 0x38, 0xff]);
         assert_markers(&mcus[2], &[0x60, 0x80, 0xd0, 0xa0]);
         assert_eq!(bus.counts(), BusCounts { bytes: 2, arbitrations_lost: 1, abandoned: 0 });
-    }
+    });
 }
 
 /// One of two masters wants a repeated START where the other sends a byte, and this one leaves within it.
 #[test]
 fn a_byte_whose_sender_leaves_reaches_nobody() {
-    let masters = ["SCRIPT='L'", "SCRIPT='P'"].map(|script| build_with("twi_master.c", &[BIT_RATE, script]));
-    let slave = build_with("twi_slave.c", &[BIT_RATE]);
-    for quantum in [u64::MAX, 1] {
-        let mut mcus = [mcu(&masters[0]), mcu(&masters[1]), mcu(&slave)];
-        let mut bus = Bus::new(3);
-        lockstep::run_until(&mut mcus, &mut bus, 200_000, quantum);
+    play_both(['L', 'P'], |mcus, bus| {
         assert_markers(&mcus[0], &[0x08, 0x18, 0xff]);
         assert_markers(&mcus[1], &[0x08, 0x18, 0x38, 0xff]);
         assert_markers(&mcus[2], &[0x60]);
         assert_eq!(bus.counts(), BusCounts { bytes: 1, abandoned: 1, ..BusCounts::default() });
-    }
+    });
 }
 
 /// "TWDR always contains the last byte present on the bus" (section "TWI Data Register").
