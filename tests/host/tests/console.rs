@@ -61,6 +61,17 @@ fn answer(inspector: Address, payload: &[u8]) -> Vec<u8> {
     payload.iter().copied().chain(words).collect()
 }
 
+/// The payload of the next message to the client. The inspectors answer meanwhile.
+fn next_piece(dialogue: &mut Dialogue) -> Option<Vec<u8>> {
+    while let Some(Sent { to, payload }) = sent(dialogue) {
+        if to == CLIENT {
+            return Some(payload);
+        }
+        assert!(dialogue.receive(to, &answer(to, &payload)));
+    }
+    None
+}
+
 /// The text about `topic`, with each message lost with probability `loss`. The inspector `silent` does not
 /// answer.
 fn text(topic: Topic, silent: Option<Address>, loss: f64, random: &mut Random) -> String {
@@ -239,9 +250,7 @@ fn a_text_that_is_begun_anew_comes_from_its_first_piece() {
         for _ in 0..taken {
             assert!(ask(&mut dialogue, CLIENT, Request::Next(number)));
             number = number.next();
-            while let Some(Sent { to, payload }) = sent(&mut dialogue) {
-                assert!(to == CLIENT || dialogue.receive(to, &answer(to, &payload)));
-            }
+            next_piece(&mut dialogue).expect("a piece");
         }
         ask(&mut dialogue, CLIENT, Request::Begin(Topic::Cpu));
         assert_eq!(sent(&mut dialogue).as_ref(), Some(&first), "after {taken} more");
@@ -253,11 +262,7 @@ fn only_the_last_piece_comes_again_and_none_after_the_end() {
     let mut dialogue = Dialogue::new(SLAVE);
     ask(&mut dialogue, CLIENT, Request::Begin(Topic::Cpu));
     let mut pieces = Vec::new();
-    while let Some(Sent { to, payload }) = sent(&mut dialogue) {
-        if to != CLIENT {
-            assert!(dialogue.receive(to, &answer(to, &payload)));
-            continue;
-        }
+    while let Some(payload) = next_piece(&mut dialogue) {
         let (number, characters) = piece(&payload).expect("a piece");
         let is_end = characters.is_empty();
         pieces.push((number, payload));
@@ -304,11 +309,7 @@ fn a_text_is_no_request_to_another_console() {
     let mut request = Request::Begin(Topic::All);
     loop {
         ask(&mut dialogue, CLIENT, request);
-        while let Some(Sent { to, payload }) = sent(&mut dialogue) {
-            if to != CLIENT {
-                dialogue.receive(to, &answer(to, &payload));
-                continue;
-            }
+        while let Some(payload) = next_piece(&mut dialogue) {
             assert!(!neighbour.receive(CLIENT, &payload));
             assert_eq!(sent(&mut neighbour), None);
             let (number, characters) = piece(&payload).expect("a piece");
