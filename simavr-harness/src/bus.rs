@@ -5,14 +5,15 @@
 //! byte nine. The nodes run up to such a cycle and none runs past it, so the bus sees the state of all nodes
 //! at that cycle, however far apart they ran before.
 //!
-//! A simplification: a node that leaves in mid-transfer releases both wires at once. The nodes that
-//! it addressed learn of it at the next START, as a bus error if a byte was under way.
+//! Two simplifications. A node that leaves in mid-transfer releases both wires at once; the nodes that it
+//! addressed learn of it at the next START, as a bus error if a byte was under way. And a node that makes its
+//! bits shorter goes on with the longer ones for ten bits: the others may have run ahead as far by then.
 
 use std::num::NonZeroU32;
 
 use crate::cpu::News;
 use crate::mcu::Mcu;
-use crate::repair::twi::Command;
+use crate::repair::twi::{BYTE_BITS, Command, START_AND_ADDRESS_BITS};
 use crate::trace::{BusSignal, Slice};
 
 /// Status codes (tables "Status Codes for Master Transmitter Mode" and following).
@@ -64,12 +65,6 @@ mod status {
     pub const SLAVE_SENT_LAST: u8 = 0xc8;
 }
 
-/// Bits of a byte on the bus: eight of data and the acknowledgement.
-const BYTE_BITS: u64 = 9;
-
-/// Bits from a request for a START on a free bus to the first event at another node.
-const START_AND_ADDRESS_BITS: u64 = 1 + BYTE_BITS;
-
 /// A bus and the roles of its nodes. The nodes are MCUs, always given in the same order.
 pub struct Bus {
     roles: Vec<Role>,
@@ -78,6 +73,10 @@ pub struct Bus {
     next: NextByte,
     /// While something holds SDA low: the pulses on SCL until it releases SDA.
     data_held_for: u32,
+    /// The cycle at which the clock was released last.
+    released: u64,
+    /// The first cycle at which a node leaves, if the bus has yet to act on it.
+    departure: Option<u64>,
     /// The shortest bit of any node, in cycles.
     shortest_bit: u64,
     counts: BusCounts,
@@ -144,6 +143,8 @@ impl Bus {
             phase: Phase::Free { since: 0, in_byte: false },
             next: NextByte::Address,
             data_held_for: 0,
+            released: 0,
+            departure: None,
             shortest_bit: 0,
             counts: BusCounts::default(),
             signals: None,
@@ -161,7 +162,7 @@ impl Bus {
     }
 
     fn note(&mut self, nodes: &[Mcu], end: u64, bits: u64, what: BusSignal) {
-        let bit = self.masters().map(|master| bit_cycles(&nodes[master])).max().unwrap_or(0);
+        let bit = self.masters().map(|master| bit(&nodes[master])).max().unwrap_or(0);
         if let Some(signals) = &mut self.signals {
             signals.push(Slice { begin: end - bits * bit, end, what });
         }
@@ -214,13 +215,14 @@ impl Bus {
 
     /// The cycle at which the bus acts next; no node may run past it.
     pub(crate) fn due(&self) -> Option<u64> {
-        match self.phase {
+        let phase = match self.phase {
             Phase::Free { .. } | Phase::Held => None,
             Phase::Start { due, .. }
             | Phase::RepeatedStart { due }
             | Phase::Byte { due }
             | Phase::Stop { due } => Some(due),
-        }
+        };
+        [phase, self.departure].into_iter().flatten().min()
     }
 
     /// The fewest cycles from an action of one node to its effect on another.
@@ -238,8 +240,8 @@ impl Bus {
         if self.is_as_before(nodes) {
             return;
         }
-        self.see_departures(nodes);
         self.see_clock_pulses(nodes);
+        self.forget_stops(nodes);
         loop {
             self.plan(nodes);
             match self.due() {
@@ -247,7 +249,7 @@ impl Bus {
                 _ => break,
             }
         }
-        self.shortest_bit = nodes.iter().map(bit_cycles).min().unwrap_or(u64::MAX);
+        self.shortest_bit = nodes.iter().map(shortest_bit).min().unwrap_or(u64::MAX);
         for node in nodes {
             node.take(News::Bus);
         }
@@ -262,31 +264,17 @@ impl Bus {
 
     // --- Planning -------------------------------------------------------------------------------
 
-    fn see_departures(&mut self, nodes: &mut [Mcu]) {
-        let mut left_last = 0;
-        for (role, node) in self.roles.iter_mut().zip(nodes) {
-            let (left_at, recovered) = node.act_on_twi(|twi, _| (twi.take_left_at(), twi.take_recovered()));
-            let left_at = left_at.or((!node.is_alive()).then(|| node.cycle()));
-            if let Some(cycle) = left_at {
-                left_last = left_last.max(cycle);
-                *role = Role::None;
-            } else if recovered && *role != Role::Master {
-                *role = Role::None;
-                node.act_on_twi(|twi, cpu| twi.stop_sent(cpu));
+    /// TWSTO of a master asks for a STOP. It is no departure.
+    fn forget_stops(&self, nodes: &mut [Mcu]) {
+        for (role, node) in self.roles.iter().zip(nodes) {
+            if role.is_master() && node.twi(|twi, _| twi.stopped_at().is_some()) {
+                node.act_on_twi(|twi, _| twi.forget_stop());
             }
-        }
-        let in_byte = match self.phase {
-            Phase::Free { .. } | Phase::Start { .. } => return,
-            Phase::Byte { .. } => true,
-            Phase::Held | Phase::RepeatedStart { .. } | Phase::Stop { .. } => false,
-        };
-        if self.masters().next().is_none() {
-            self.counts.abandoned += 1;
-            self.phase = Phase::Free { since: left_last, in_byte };
         }
     }
 
     fn plan(&mut self, nodes: &[Mcu]) {
+        self.departure = self.departures(nodes).map(|(_, at)| at).min();
         match self.phase {
             Phase::Free { since, in_byte } | Phase::Start { since, in_byte, .. } => {
                 self.phase = match self.start_due(nodes, since) {
@@ -299,21 +287,30 @@ impl Bus {
         }
     }
 
-    /// End of the START that the first node to ask for one sends on the free bus.
+    /// The nodes that leave the bus, and the cycles at which they do.
+    fn departures(&self, nodes: &[Mcu]) -> impl Iterator<Item = (usize, u64)> {
+        self.roles
+            .iter()
+            .zip(nodes)
+            .enumerate()
+            .filter_map(|(index, (&role, node))| Some((index, left_at(node, role)?)))
+    }
+
+    /// End of the first START that a node which asks for one sends on the free bus.
     fn start_due(&self, nodes: &[Mcu], free_since: u64) -> Option<u64> {
         let abandoned = self.slaves().map(|slave| &nodes[slave]);
         if self.data_held_for > 0 || abandoned.clone().any(holds_clock) {
             return None;
         }
         let clock_free = abandoned.map(released_at).max().unwrap_or(0);
-        let (asked_at, first) = self
-            .roles
+        self.roles
             .iter()
             .zip(nodes)
             .filter(|&(&role, _)| role == Role::None)
-            .filter_map(|(_, node)| Some((start_asked_at(node)?, node)))
-            .min_by_key(|&(asked_at, _)| asked_at)?;
-        Some(asked_at.max(free_since).max(clock_free) + bit_cycles(first))
+            .filter_map(|(_, node)| {
+                Some(start_asked_at(node)?.max(free_since).max(clock_free) + start_bit(node))
+            })
+            .min()
     }
 
     /// Continues the transfer once no node holds the clock.
@@ -322,7 +319,8 @@ impl Bus {
             return;
         }
         let released = nodes.iter().map(released_at).max().unwrap_or(0);
-        let bit = self.masters().map(|master| bit_cycles(&nodes[master])).max().unwrap_or(0);
+        self.released = released;
+        let bit = self.masters().map(|master| bit(&nodes[master])).max().unwrap_or(0);
         let any = |wanted| self.masters().any(|master| command(&nodes[master]) == wanted);
         self.phase = if any(Command::Byte) {
             Phase::Byte { due: released + BYTE_BITS * bit }
@@ -336,6 +334,9 @@ impl Bus {
     // --- Acting ---------------------------------------------------------------------------------
 
     fn act(&mut self, nodes: &mut [Mcu], now: u64) {
+        if self.departure == Some(now) {
+            return self.depart(nodes, now);
+        }
         if self.data_held_for > 0 {
             return self.act_in_vain(nodes, now);
         }
@@ -348,9 +349,39 @@ impl Bus {
         }
     }
 
+    /// The nodes that leave now have no role any more.
+    fn depart(&mut self, nodes: &mut [Mcu], now: u64) {
+        let leaving: Vec<_> = self.departures(nodes).filter(|&(_, at)| at == now).collect();
+        for (index, _) in leaving {
+            let node = &mut nodes[index];
+            node.act_on_twi(|twi, cpu| twi.has_left(cpu, now));
+            let was_slave = std::mem::replace(&mut self.roles[index], Role::None).is_slave();
+            if let Phase::Free { since, .. } | Phase::Start { since, .. } = &mut self.phase
+                && was_slave
+            {
+                let clock_free = if holds_clock(node) { now } else { released_at(node) };
+                *since = (*since).max(clock_free);
+            }
+        }
+        let in_byte = match self.phase {
+            Phase::Free { .. } | Phase::Start { .. } => return,
+            // The clock was still held: the masters that stay decide what follows.
+            _ if now <= self.released => {
+                self.phase = Phase::Held;
+                false
+            }
+            Phase::Byte { .. } => true,
+            Phase::Held | Phase::RepeatedStart { .. } | Phase::Stop { .. } => false,
+        };
+        if self.masters().next().is_none() {
+            self.counts.abandoned += 1;
+            self.phase = Phase::Free { since: now, in_byte };
+        }
+    }
+
     /// All nodes that asked before the START was over have sent it together.
     fn start(&mut self, nodes: &mut [Mcu], now: u64, in_byte: bool) {
-        let in_time = |node: &Mcu| start_asked_at(node).is_some_and(|asked_at| asked_at <= now);
+        let in_time = |node: &Mcu| start_asked_at(node).is_some_and(|asked_at| asked_at < now);
         let starters: Vec<usize> = (0..nodes.len())
             .filter(|&index| self.roles[index] == Role::None && in_time(&nodes[index]))
             .collect();
@@ -570,7 +601,17 @@ fn have_come_to(nodes: &[Mcu], cycle: u64) -> bool {
 }
 
 fn holds_clock(node: &Mcu) -> bool {
-    node.is_alive() && node.twi(|twi, _| twi.holds_clock())
+    node.twi(|twi, _| twi.holds_clock())
+}
+
+/// The cycle at which a node of this role leaves: it was reset, or its program ended, switched the interface
+/// off or gave up its role by TWSTO. `None` if the node stays, or has left.
+fn left_at(node: &Mcu, role: Role) -> Option<u64> {
+    let (left_at, stopped_at, holds_clock) =
+        node.twi(|twi, _| (twi.left_at(), twi.stopped_at(), twi.holds_clock()));
+    let ended = !node.is_alive() && (role != Role::None || holds_clock);
+    let ended_at = ended.then(|| node.cycle());
+    [left_at, stopped_at.filter(|_| !role.is_master()), ended_at].into_iter().flatten().min()
 }
 
 fn released_at(node: &Mcu) -> u64 {
@@ -581,8 +622,16 @@ fn start_asked_at(node: &Mcu) -> Option<u64> {
     node.is_alive().then(|| node.twi(|twi, cpu| twi.start_asked_at(cpu))).flatten()
 }
 
-fn bit_cycles(node: &Mcu) -> u64 {
-    node.twi(|twi, cpu| twi.bit_cycles(cpu))
+fn bit(node: &Mcu) -> u64 {
+    node.twi(|twi, _| twi.bit())
+}
+
+fn start_bit(node: &Mcu) -> u64 {
+    node.twi(|twi, _| twi.start_bit())
+}
+
+fn shortest_bit(node: &Mcu) -> u64 {
+    node.twi(|twi, cpu| twi.shortest_bit(cpu))
 }
 
 fn command(node: &Mcu) -> Command {

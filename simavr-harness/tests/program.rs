@@ -50,11 +50,16 @@ fn what_no_program_should_do_crashes_it() {
         ("REGISTER=UCSR0A=_BV(MPCM0)", "addresses"),
         ("POWER_DOWN", "another mode than idle"),
     ] {
-        let mut mcu = mcu(&build_with("program.c", &[variant]));
-        let state = mcu.run_to_end(10_000);
-        let State::Crashed(message) = state else { panic!("{variant}: {state:?}") };
+        let image = build_with("program.c", &[variant]);
+        let mut mcus = [mcu(&image), mcu(&image)];
+        let state = mcus[0].run_to_end(10_000);
+        let State::Crashed(message) = &state else { panic!("{variant}: {state:?}") };
         assert!(message.contains(reason), "{variant}: {message}");
-        assert_eq!(marked(&mcu), [PORF]);
+        assert_eq!(marked(&mcus[0]), [PORF]);
+        for until in 1..=mcus[0].cycle() {
+            mcus[1].run_until(until);
+        }
+        assert_eq!((mcus[1].state(), mcus[1].cycle()), (state, mcus[0].cycle()), "{variant}, cycle by cycle");
     }
 }
 

@@ -2,8 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::common::{build_with, marked, mcu};
-use simavr_harness::{Bus, BusCounts, Image, Mcu, Reset, State, lockstep};
+use crate::common::{build, build_with, marked, mcu};
+use simavr_harness::{Bus, BusCounts, Image, Mcu, Part, Reset, State, lockstep};
+use simulation::Random;
 
 /// TWBR for 100 kHz at 16 MHz: 160 cycles a bit.
 const BIT_RATE: &str = "BIT_RATE=72";
@@ -176,6 +177,40 @@ fn the_length_of_turns_changes_nothing() {
             assert_eq!(outcome(quantum), whole, "quantum {quantum}, TWBR {bit_rate}");
         }
     }
+}
+
+/// The programs of three nodes write random values into their registers, and resets come at random.
+#[test]
+fn the_length_of_turns_changes_nothing_whatever_programs_write() {
+    let image = build("twi_random.c");
+    let mut counts = Vec::new();
+    for seed in 0..100 {
+        let outcome = |quantum| {
+            let mut random = Random::new(seed);
+            let mut mcus = [0, 1, 2]
+                .map(|_| Mcu::new(Part::ATMEGA128, image.clone(), random.next_u64()).expect("it fits"));
+            let mut bus = Bus::new(3);
+            let mut seen = Vec::new();
+            for _ in 0..20 {
+                let until = mcus[0].cycle() + random.next_u64() % 5000;
+                lockstep::run_until(&mut mcus, &mut bus, until, quantum);
+                if random.chance(0.05) {
+                    mcus[random.below(3)].reset(Reset::External);
+                }
+                seen.push(mcus.each_ref().map(Mcu::state_hash));
+            }
+            (seen, bus.counts())
+        };
+        let whole = outcome(u64::MAX);
+        for quantum in [1, 37] {
+            assert_eq!(outcome(quantum), whole, "seed {seed}, quantum {quantum}");
+        }
+        counts.push(whole.1);
+    }
+    let sum = |of: fn(&BusCounts) -> u64| counts.iter().map(of).sum::<u64>();
+    assert!(sum(|counts| counts.bytes) > 500, "{counts:?}");
+    assert!(sum(|counts| counts.arbitrations_lost) > 50, "{counts:?}");
+    assert!(sum(|counts| counts.abandoned) > 500, "{counts:?}");
 }
 
 /// Resets one node at many points of a transfer: it releases the bus, and all later messages of both nodes

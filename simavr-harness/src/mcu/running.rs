@@ -130,6 +130,7 @@ impl Mcu {
         self.watch_turn();
         match self.cpu.core() {
             Core::Running => {}
+            Core::Sleeping if self.cpu.has_fault() => {} // it crashed as it went to sleep
             Core::Sleeping if self.cpu.interrupts_enabled() => {
                 let slept = to_next_timer.min(limit.saturating_sub(self.cycle()));
                 self.cpu.set_cycle(self.cycle() + slept);

@@ -24,6 +24,12 @@ const STATUS: u8 = 0xf8;
 /// The status between two events.
 const NO_STATUS: u8 = 0xf8;
 
+/// Bits of a byte on the bus: eight of data and the acknowledgement.
+pub(crate) const BYTE_BITS: u64 = 9;
+
+/// Bits from a request for a START on a free bus to the first event at another node.
+pub(crate) const START_AND_ADDRESS_BITS: u64 = 1 + BYTE_BITS;
+
 /// A node of a two-wire bus.
 pub(crate) struct Twi {
     registers: &'static TwiRegisters,
@@ -34,12 +40,20 @@ pub(crate) struct Twi {
     released_at: u64,
     /// The value of TWCR that released it.
     command: u8,
+    /// Length of a bit in cycles when the program last released the clock.
+    bit: u64,
     /// Cycle at which the present request for a START took effect.
     start_asked_at: u64,
-    /// Cycle at which the interface was switched off or reset, if the bus has yet to notice.
+    /// Length of a bit in cycles then.
+    start_bit: u64,
+    /// Length of a bit before the program made it shorter, and the cycle up to which that length is used.
+    longer_bit: (u64, u64),
+    /// Cycle at which the interface was switched off or reset, if the bus has yet to notice. Until it does,
+    /// the node holds the clock if it did.
     left_at: Option<u64>,
-    /// The program gave up the role of an addressed slave (TWSTO without being master).
-    recovered: bool,
+    /// Cycle at which the program wrote TWSTO, if the bus has yet to notice. A node that is not master gives
+    /// up the role of an addressed slave by it.
+    stopped_at: Option<u64>,
 }
 
 /// What the program wants of the bus next.
@@ -61,9 +75,12 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static TwiRegisters) -> Option<Attac
         holds_clock: false,
         released_at: 0,
         command: 0,
+        bit: u64::MAX,
         start_asked_at: 0,
+        start_bit: u64::MAX,
+        longer_bit: (0, 0),
         left_at: None,
-        recovered: false,
+        stopped_at: None,
     };
     Some(Attached::new(cpu, node, &[twbr, twsr, twdr, twcr], &[]))
 }
@@ -71,8 +88,8 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static TwiRegisters) -> Option<Attac
 impl Twi {
     /// Sets the registers to their values after a reset and leaves the bus.
     pub fn reset(&mut self, cpu: Cpu) {
-        cpu.set_data(self.registers.twbr, 0);
-        cpu.set_data(self.registers.twsr, NO_STATUS);
+        self.set_rate(cpu, self.registers.twbr, 0);
+        self.set_rate(cpu, self.registers.twsr, NO_STATUS);
         cpu.set_data(self.registers.twar, 0xfe);
         cpu.set_data(self.registers.twdr, 0xff);
         cpu.set_data(self.registers.twcr, 0);
@@ -82,14 +99,14 @@ impl Twi {
     fn leave(&mut self, cpu: Cpu) {
         cpu.tell(News::Bus);
         self.left_at = Some(cpu.cycle());
-        self.release_clock(cpu);
+        self.stopped_at = None;
         interrupt::refresh(cpu, self.vector);
         cpu.call_attention();
     }
 
-    fn release_clock(&mut self, cpu: Cpu) {
+    fn release_clock(&mut self, at: u64) {
         if std::mem::take(&mut self.holds_clock) {
-            self.released_at = cpu.cycle();
+            self.released_at = at;
         }
     }
 
@@ -143,19 +160,34 @@ impl Twi {
     }
 
     /// Length of a bit in cycles when this node generates the clock (section "Bit Rate Generator Unit").
-    pub fn bit_cycles(&self, cpu: Cpu) -> u64 {
+    fn bit_cycles(&self, cpu: Cpu) -> u64 {
         let prescaler = 1 << (2 * (cpu.data(self.registers.twsr) & 3));
         16 + 2 * u64::from(cpu.data(self.registers.twbr)) * prescaler
     }
 
-    /// Takes the cycle at which the node left the bus, if it did since the last call.
-    pub fn take_left_at(&mut self) -> Option<u64> {
-        self.left_at.take()
+    /// Length of a bit in cycles as the node's command has it.
+    pub fn bit(&self) -> u64 {
+        self.bit
     }
 
-    /// Whether the node gave up being an addressed slave since the last call.
-    pub fn take_recovered(&mut self) -> bool {
-        std::mem::take(&mut self.recovered)
+    /// Length of a bit in cycles of the START that the node asks for.
+    pub fn start_bit(&self) -> u64 {
+        self.start_bit
+    }
+
+    /// Length of the shortest bit in cycles that the node may generate from now on.
+    pub fn shortest_bit(&self, cpu: Cpu) -> u64 {
+        self.bit.min(self.start_bit).min(self.bit_cycles(cpu))
+    }
+
+    /// Cycle at which the node left the bus, if the bus has yet to notice.
+    pub fn left_at(&self) -> Option<u64> {
+        self.left_at
+    }
+
+    /// Cycle at which the program wrote TWSTO, if the bus has yet to notice.
+    pub fn stopped_at(&self) -> Option<u64> {
+        self.stopped_at
     }
 
     // --- What the bus tells ---------------------------------------------------------------------
@@ -175,7 +207,22 @@ impl Twi {
 
     /// The STOP that the program asked for has been sent.
     pub fn stop_sent(&mut self, cpu: Cpu) {
+        self.stopped_at = None;
         cpu.set_bits(self.registers.twcr, TWSTO, false);
+    }
+
+    /// The TWSTO that the program wrote asks for a STOP.
+    pub fn forget_stop(&mut self) {
+        self.stopped_at = None;
+    }
+
+    /// The bus has noticed that the node left at this cycle, or gave up its role by TWSTO.
+    pub fn has_left(&mut self, cpu: Cpu, at: u64) {
+        if self.stopped_at == Some(at) {
+            return self.stop_sent(cpu);
+        }
+        self.left_at = None;
+        self.release_clock(at);
     }
 
     fn set_status(&self, cpu: Cpu, status: u8) {
@@ -201,16 +248,37 @@ impl Twi {
         let released = self.holds_clock && held == 0;
         if released {
             self.set_status(cpu, NO_STATUS);
-            self.release_clock(cpu);
+            self.release_clock(cpu.cycle());
             self.command = now;
+            self.bit = self.next_bit(cpu);
         }
         let newly_asked = before & (TWEN | TWSTA) != TWEN | TWSTA;
         if now & TWSTA != 0 && (released || newly_asked) {
             self.start_asked_at = cpu.cycle();
+            self.start_bit = self.next_bit(cpu);
         }
-        self.recovered |= now & TWSTO != 0;
+        if now & TWSTO != 0 {
+            self.stopped_at = Some(cpu.cycle());
+        }
         interrupt::refresh(cpu, self.vector);
         cpu.call_attention();
+    }
+
+    /// Sets a register that decides the length of a bit. A shorter one is not used at once, for other nodes may
+    /// have run as far ahead as the longer one allowed.
+    fn set_rate(&mut self, cpu: Cpu, register: u16, value: u8) {
+        let (before, used) = (self.bit_cycles(cpu), self.next_bit(cpu));
+        cpu.set_data(register, value);
+        if self.bit_cycles(cpu) < before {
+            self.longer_bit = (used, cpu.cycle() + START_AND_ADDRESS_BITS * used);
+        }
+    }
+
+    /// Length of a bit in cycles for what the program asks for now.
+    fn next_bit(&self, cpu: Cpu) -> u64 {
+        let (bit, until) = self.longer_bit;
+        let at_least = if cpu.cycle() < until { bit } else { 0 };
+        self.bit_cycles(cpu).max(at_least)
     }
 
     /// TWDR can be written only while TWINT is set. Otherwise the write is lost, and TWWC is set.
@@ -232,10 +300,10 @@ impl Device for Twi {
             self.write_data(cpu, value);
         } else if address == self.registers.twsr {
             let status = cpu.data(address) & STATUS;
-            cpu.set_data(address, status | value & !STATUS);
+            self.set_rate(cpu, address, status | value & !STATUS);
             cpu.call_attention();
         } else {
-            cpu.set_data(address, value);
+            self.set_rate(cpu, address, value); // TWBR
             cpu.call_attention();
         }
     }
