@@ -30,7 +30,7 @@ pub struct Annotations {
 pub enum AnnotationError {
     #[error("cannot read {}: {source}", .path.display())]
     Unreadable { path: PathBuf, source: std::io::Error },
-    #[error("line {line}: neither \"caller => callee\" nor \"function = bytes\"")]
+    #[error("line {line}: neither \"caller => callee\" nor \"function = bytes\", {} bytes at most", u16::MAX)]
     Malformed { line: usize },
     #[error("line {line}: the image has no function {name}: take the line out, or correct the name")]
     NoFunction { line: usize, name: String },

@@ -310,6 +310,7 @@ fn notes_that_do_not_fit_are_refused() {
     let refused = |notes| Annotations::parse(notes, &image).err().expect("it is refused");
     assert!(matches!(refused("dispatch"), AnnotationError::Malformed { line: 1 }));
     assert!(matches!(refused("\nfill = many"), AnnotationError::Malformed { line: 2 }));
+    assert!(refused("fill = 65536").to_string().contains("65535 bytes at most"));
     assert!(
         matches!(refused("dispatch => file"), AnnotationError::NoFunction { line: 1, name } if name == "file")
     );
