@@ -128,6 +128,8 @@ pub(crate) fn vary(makes: &mut [Make], variations: &[Variation], seed: u64) {
 
 #[cfg(test)]
 mod tests {
+    use plants::motor::Motor;
+
     use super::*;
 
     fn varied(texts: &[&str], seed: u64) -> Vec<Make> {
@@ -137,23 +139,40 @@ mod tests {
         makes
     }
 
-    #[test]
-    fn modules_differ_by_no_more_than_is_said() {
-        let masses: Vec<f64> = varied(&["mass=20%"], 1).iter().map(|make| make.mass).collect();
-        let least = masses.iter().copied().fold(f64::INFINITY, f64::min);
-        let most = masses.iter().copied().fold(0.0, f64::max);
-        assert!((0.8..0.85).contains(&least) && (1.15..1.2).contains(&most), "{least} to {most}");
-        let mean = masses.iter().sum::<f64>() / 100.0;
-        assert!((0.95..1.05).contains(&mean), "{mean}");
+    /// The values of all assumptions but the last, as multiples of what they are without variation.
+    fn multiples(make: &Make) -> [f64; 6] {
+        let values = |Make { mass, grip, motor, .. }: &Make| {
+            let Motor { stall_torque, stall_current, sliding_friction, gear_inertia, .. } = *motor;
+            [*mass, *grip, stall_torque, stall_current, sliding_friction, gear_inertia]
+        };
+        let [varied, usual] = [make, &Make::default()].map(values);
+        std::array::from_fn(|index| varied[index] / usual[index])
     }
 
     #[test]
-    fn what_is_not_named_stays_as_it_is_assumed() {
-        for (make, mass) in varied(&["friction=50%", "torque=10%"], 7).iter().zip(varied(&["mass=50%"], 7)) {
-            assert!(make.grip != 1.0 && make.motor.stall_torque != Make::default().motor.stall_torque);
-            let usual = Make { grip: make.grip, ..Make::default() };
-            assert_eq!((make.mass, make.motor.gear_inertia), (usual.mass, usual.motor.gear_inertia));
-            assert_eq!(mass.motor, Make::default().motor);
+    fn what_is_named_differs_from_module_to_module_by_no_more_than_is_said() {
+        for (named, assumption) in Assumption::ALL[..6].iter().enumerate() {
+            for (text, range) in [
+                ("20%", [0.8, 0.85, 1.15, 1.2]),
+                ("90%", [0.1, 0.2, 1.8, 1.9]),
+                ("1e0%", [0.99, 0.993, 1.007, 1.01]),
+                ("-0%", [1.0; 4]),
+            ] {
+                let varied = varied(&[&format!("{}={text}", assumption.name())], 1);
+                for (index, usual) in [1.0; 6].into_iter().enumerate() {
+                    let values = varied.iter().map(|make| multiples(make)[index]);
+                    let least = values.clone().fold(f64::INFINITY, f64::min);
+                    let most = values.clone().fold(0.0, f64::max);
+                    let [from, low, high, to] = if index == named { range } else { [usual; 4] };
+                    assert!(
+                        (from..=low).contains(&least) && (high..=to).contains(&most),
+                        "{assumption:?} {text}: {least} to {most} of value {index}"
+                    );
+                    let mean = values.sum::<f64>() / varied.len() as f64;
+                    assert!((mean - 1.0).abs() < (to - from) / 8.0 + 1e-9, "{assumption:?} {text}: {mean}");
+                }
+                assert!(varied.iter().all(|make| make.zeros == [0.0; 3]));
+            }
         }
     }
 
@@ -163,15 +182,41 @@ mod tests {
         let most = zeros.iter().map(|zero| zero.abs()).fold(0.0, f64::max);
         assert!((2.8..=3.008).contains(&most), "{most} degrees");
         assert!(zeros.windows(2).all(|pair| pair[0] != pair[1]));
-        assert!(varied(&["mass=20%"], 1).iter().all(|make| make.zeros == [0.0; 3]));
     }
 
     #[test]
     fn the_seed_alone_decides() {
         assert_eq!(varied(&["mass=20%"], 1), varied(&["mass=20%"], 1));
         assert_ne!(varied(&["mass=20%"], 1), varied(&["mass=20%"], 2));
-        let both = varied(&["torque=5%", "mass=20%"], 1);
-        assert!(both.iter().zip(varied(&["mass=20%"], 1)).all(|(both, one)| both.mass == one.mass));
+    }
+
+    #[test]
+    fn the_value_of_an_assumption_does_not_depend_on_whether_others_are_varied() {
+        let texts = Assumption::ALL.map(|assumption| format!("{}=20%", assumption.name()));
+        let mut all = texts.each_ref().map(String::as_str);
+        all.reverse();
+        let together = varied(&all, 7);
+        for (index, text) in texts.iter().enumerate() {
+            for (one, together) in varied(&[text], 7).iter().zip(&together) {
+                let same = match index {
+                    6 => one.zeros == together.zeros,
+                    _ => multiples(one)[index] == multiples(together)[index],
+                };
+                assert!(same, "{text}: {one:?} and {together:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_variation_is_read_and_told() {
+        for (text, told) in [
+            ("mass=20%", "mass 20 %"),
+            ("gear-inertia=0.5%", "gear-inertia 0.5 %"),
+            ("torque=-0%", "torque 0 %"),
+            ("potentiometer=90%", "potentiometer 90 %"),
+        ] {
+            assert_eq!(text.parse::<Variation>().map(|variation| variation.to_string()), Ok(told.into()));
+        }
     }
 
     #[test]
@@ -181,7 +226,7 @@ mod tests {
             ("mass=20", VariationError::Form),
             ("mass=much%", VariationError::Form),
             ("colour=20%", VariationError::Name),
-            ("mass=91%", VariationError::Range),
+            ("mass=90.1%", VariationError::Range),
             ("mass=-1%", VariationError::Range),
             ("mass=NaN%", VariationError::Range),
         ] {
