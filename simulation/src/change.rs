@@ -133,7 +133,7 @@ impl fmt::Display for Change {
             }
             Change::Obstacle { at, is_there: true } => write!(f, "an obstacle before {at}"),
             Change::Obstacle { at, is_there: false } => write!(f, "the obstacle before {at} is taken away"),
-            Change::Roll(degrees) => write!(f, "the robot is turned to {degrees:.0} degrees"),
+            Change::Roll(degrees) => write!(f, "the robot is turned to {degrees} degrees"),
             Change::Push { module, newtons: [x, y, z] } => {
                 write!(f, "module {module} is pushed by {x}, {y} and {z} N")
             }
@@ -165,4 +165,89 @@ impl fmt::Display for Links {
 /// To a thousandth.
 fn percent(probability: f64) -> f64 {
     (probability * 1e5).round() / 1e3
+}
+
+#[cfg(test)]
+mod tests {
+    use tasks::dock::Dock;
+
+    use super::*;
+
+    #[test]
+    fn each_change_is_told_in_words() {
+        let [one, other] = [(1, Dock::Back), (2, Dock::Front)].map(|(module, dock)| Face { module, dock });
+        let order = |gait: u8, period| Change::Command { at: one, payload: vec![0xd0 + gait, 7, period] };
+        let loss = |probability| Change::Loss { links: Links::All, probability };
+        let reset = |mcus| Change::Reset { module: 3, mcus };
+        for (change, words) in [
+            (Change::Attach(one, other), "1.Back and 2.Front are attached"),
+            (Change::Detach(one), "1.Back is detached"),
+            (Change::Swap(4, 3), "modules 4 and 3 change places"),
+            (reset(Mcus::Master), "the master of module 3 is reset"),
+            (reset(Mcus::Slave), "the slave of module 3 is reset"),
+            (reset(Mcus::Both), "module 3 is reset"),
+            (Change::Kill(3), "the power of module 3 fails"),
+            (loss(0.0), "0 % of frames lost on all links"),
+            (loss(0.07), "7 % of frames lost on all links"),
+            (loss(1.0), "100 % of frames lost on all links"),
+            (loss(1.0 / 3.0), "33.333 % of frames lost on all links"),
+            (loss(0.000_016), "0.002 % of frames lost on all links"),
+            (
+                Change::Noise { links: Links::From(one), probability: 0.005 },
+                "0.5 % of bytes changed on the link from 1.Back",
+            ),
+            (Change::Obstacle { at: one, is_there: true }, "an obstacle before 1.Back"),
+            (Change::Obstacle { at: one, is_there: false }, "the obstacle before 1.Back is taken away"),
+            (Change::Roll(-180.0), "the robot is turned to -180 degrees"),
+            (Change::Roll(22.5), "the robot is turned to 22.5 degrees"),
+            (
+                Change::Push { module: 3, newtons: [0.0, -12.5, 3.0] },
+                "module 3 is pushed by 0, -12.5 and 3 N",
+            ),
+            (
+                Change::Slip { module: 3, degrees: [1.5, 0.0, -2.0] },
+                "the potentiometers of module 3 slip by 1.5, 0 and -2 degrees",
+            ),
+            (Change::Console(one), "the console is asked at 1.Back"),
+            (order(0, 255), "an order to stop at 1.Back"),
+            (order(2, 20), "an order to walk by Caterpillar at 1.Back"),
+            (order(11, 255), "an order to walk by a gait that no module has at 1.Back"),
+            // No order has this Period.
+            (order(2, 3), "a message to HORMONE at 1.Back"),
+            (Change::Command { at: one, payload: vec![0xe1, 7, 3] }, "a message to HORMONE at 1.Back"),
+        ] {
+            assert_eq!(change.to_string(), words);
+        }
+    }
+
+    #[test]
+    fn a_reset_of_both_mcus_resets_each() {
+        for (mcus, master, slave) in
+            [(Mcus::Master, true, false), (Mcus::Slave, false, true), (Mcus::Both, true, true)]
+        {
+            assert_eq!([Mcu::Master, Mcu::Slave].map(|mcu| mcus.contains(mcu)), [master, slave], "{mcus:?}");
+        }
+    }
+
+    /// The module through which the order comes, the gait and the Period; `None` for what is no order.
+    #[test]
+    fn an_order_is_one_to_walk_or_to_stop() {
+        let at = Face { module: 3, dock: Dock::Up };
+        let of = Period::of_milliseconds;
+        for (payload, ordered) in [
+            (&[0xd0, 1, 255][..], Some((STOP, Some(Period::OWN)))),
+            (&[0xd2, 9, 80], Some((2, of(4_000)))),
+            (&[0xdb, 9, 5], Some((11, of(250)))),
+            (&[0xdb, 9, 4], None),
+            (&[0xdc, 9, 5], None),
+            (&[0xe1, 1, 20], None),
+            (&[1, 0], None),
+            (&[], None),
+        ] {
+            let change = Change::Command { at, payload: payload.to_vec() };
+            let ordered = ordered.map(|(gait, period)| (3, gait, period.unwrap()));
+            assert_eq!(change.orders(), ordered, "{payload:?}");
+        }
+        assert_eq!(Change::Console(at).orders(), None);
+    }
 }
