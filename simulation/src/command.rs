@@ -28,3 +28,26 @@ pub fn command(at: Dock, number: u8, payload: &[u8]) -> Vec<u8> {
     // A payload too long for a frame is no message: nothing is sent.
     frame.encode(&mut wire).map_or_else(|_| Vec::new(), |()| wire.bytes().to_vec())
 }
+
+#[cfg(test)]
+mod tests {
+    use tasks::message::MAX_PAYLOAD;
+
+    use super::*;
+
+    #[test]
+    fn a_command_is_a_frame_that_no_dock_takes_for_its_own() {
+        for at in Dock::ALL {
+            let [one, next] = [3, 4].map(|number| label(at, number));
+            assert_ne!(one.signature.dock, at);
+            assert_ne!(one, next, "a message and the next differ, else the second was a repetition");
+            let bytes = |length: usize| command(at, 3, &vec![0xd2; length]);
+            // The payload, label, destination and CRC, as COBS with its delimiter.
+            for length in [0, 1, MAX_PAYLOAD] {
+                assert_eq!(bytes(length).iter().filter(|byte| **byte == 0).count(), 1, "{length} bytes");
+                assert_eq!(bytes(length).len(), bytes(0).len() + length, "{length} bytes");
+            }
+            assert_eq!(bytes(MAX_PAYLOAD + 1), [], "it fits no frame");
+        }
+    }
+}

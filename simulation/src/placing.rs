@@ -47,17 +47,15 @@ impl Wiring {
     /// Straight; in a ring of modules, Back to Front, bent so that the ring closes, with the Up of all
     /// inside.
     fn angles_at_rest(&self, module: usize) -> Angles {
-        let mut round = 0;
         let mut next = module;
-        while round < self.modules() {
+        for round in 1_u32.. {
             match self.attached(Face { module: next, dock: Dock::Back }) {
                 Some(Face { module: behind, dock: Dock::Front }) => next = behind,
-                _ => return [0.0; 3],
+                _ => break,
             }
-            round += 1;
             if next == module {
                 // Each module bends twice.
-                let bend = 180.0 / round as f64;
+                let bend = 180.0 / f64::from(round);
                 return [bend, 0.0, bend];
             }
         }
@@ -92,11 +90,27 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_attached_lies_apart() {
-        let placings = Wiring::new(3).placings();
-        for (one, other) in [(0, 1), (0, 2), (1, 2)] {
-            let way = placings[one].frame.translation - placings[other].frame.translation;
-            assert!(way.length() >= APART);
+    fn bodies_lie_side_by_side_each_to_the_right_of_the_one_before() {
+        // A ring of three, two modules of which the second is ahead, and one alone.
+        let mut wiring = Wiring::new(6);
+        for (back, front) in [(0, 1), (1, 2), (2, 0), (4, 3)] {
+            let [back, front] =
+                [(back, Dock::Back), (front, Dock::Front)].map(|(module, dock)| Face { module, dock });
+            wiring.attach(back, front).unwrap();
         }
+        let bent = [60.0, 0.0, 60.0];
+        let turn = DAffine3::from_rotation_x(1.0);
+        let turned = wiring.placings_bent(turn, |module| if module < 3 { bent } else { [0.0; 3] });
+        for (body, first, last, angles) in [(0.0, 0, 2, bent), (1.0, 3, 4, [0.0; 3]), (2.0, 5, 5, [0.0; 3])] {
+            let place = DAffine3::from_translation(DVec3::NEG_Y * APART * body);
+            let placings = wiring.placings();
+            assert_eq!(placings[first], Placing { frame: place, angles }, "{first}");
+            for module in first..=last {
+                let expected = place * turn * place.inverse() * placings[module].frame;
+                assert!(turned[module].frame.abs_diff_eq(expected, 1e-9), "{module}: {turned:?}");
+            }
+        }
+        let [behind, ahead] = [3, 4].map(|module| wiring.placings()[module].frame.translation);
+        assert!(ahead.abs_diff_eq(behind + DVec3::X * 2.0 * geometry::EDGE, 1e-9), "{ahead}");
     }
 }

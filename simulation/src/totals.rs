@@ -50,3 +50,50 @@ impl BridgeTotals {
         self.no_buffer += u64::from(counters.no_buffer);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn totals_are_sums_over_all_docks_and_bridges() {
+        let mut links = LinkTotals::default();
+        for frames_sent in [7, u16::MAX] {
+            links.add(&LinkCounters {
+                frames_sent,
+                frames_received: 900,
+                retries: 20,
+                errors: 300,
+                duplicates: 901,
+                gave_up: 4_000,
+                reflections: 902,
+                ignored: 903,
+                refused: 904,
+                no_buffer: 50_000,
+                overruns: 6_000,
+                replaced: 905,
+            });
+        }
+        let frames = 7 + u64::from(u16::MAX);
+        let expected = LinkTotals { frames, retries: 40, errors: 12_600, gave_up: 8_000, no_buffer: 100_000 };
+        assert_eq!(links, expected);
+
+        let mut bridges = BridgeTotals::default();
+        for messages_sent in [7, u16::MAX] {
+            bridges.add(&BridgeCounters {
+                messages_sent,
+                messages_received: 900,
+                retries: 20,
+                errors: 300,
+                gave_up: 4_000,
+                ignored: 901,
+                no_buffer: 50_000,
+                freed: 902,
+            });
+        }
+        let messages = frames;
+        let expected =
+            BridgeTotals { messages, retries: 40, errors: 600, gave_up: 8_000, no_buffer: 100_000 };
+        assert_eq!(bridges, expected);
+    }
+}

@@ -37,7 +37,7 @@ fn at(milliseconds: u64, change: Change) -> Event {
 }
 
 #[test]
-fn to_be_recorded_changes_nothing() {
+fn to_be_recorded_or_to_pause_changes_nothing() {
     let timeline = || {
         let loss = Change::Loss { links: Links::All, probability: 0.1 };
         vec![at(0, loss), at(2_130, Change::Detach(Face { module: 2, dock: Back }))]
@@ -47,7 +47,12 @@ fn to_be_recorded_changes_nothing() {
     // No divisor of the time between two looks of the observers.
     run.record(33 * MILLISECOND);
     let kept = finish(run, 4_000);
-    assert_eq!(plain.robot.state_hash(), kept.robot.state_hash());
+    let mut paused = centipede(timeline());
+    for pause in 1.. {
+        if !paused.step_until(4_000 * MILLISECOND, pause * 33 * MILLISECOND).unwrap() {
+            break;
+        }
+    }
     let seen = |run: &Run<Native>| {
         let hops = &run.observer.hops;
         let gait = &run.observer.gait;
@@ -57,7 +62,10 @@ fn to_be_recorded_changes_nothing() {
             (gait.violations(), gait.skew_max),
         )
     };
-    assert_eq!(seen(&plain), seen(&kept));
+    for other in [kept, paused] {
+        assert_eq!(plain.robot.state_hash(), other.robot.state_hash());
+        assert_eq!(seen(&plain), seen(&other));
+    }
 }
 
 #[test]
