@@ -49,3 +49,25 @@ impl Odometer {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_motion_is_from_the_start_and_slip_is_weighed_by_force() {
+        let axis = |degrees: f64| vec![[degrees.to_radians().cos(), degrees.to_radians().sin()]];
+        let mut odometer = Odometer::new(DVec3::new(1.0, 2.0, 0.5), 0.8, axis(0.0));
+        for (degrees, slides) in
+            [(80.0, vec![]), (160.0, vec![(2.0, 0.1), (1.0, 0.7)]), (240.0, vec![(2.0, 0.3)])]
+        {
+            odometer.look(&axis(degrees), &slides);
+        }
+        // 5 m in 10 s; what bears 5 N in all slides at 0.3 m/s in the mean.
+        let Motion { distance, sideways, heading, length, slip } =
+            odometer.motion(DVec3::new(4.0, -2.0, 9.0), 10.0);
+        assert_eq!((distance, sideways, length), (3.0, -4.0, 0.8));
+        assert!((heading - 240.0).abs() < 1e-9, "{heading}");
+        assert!((slip - 0.3 / 0.5).abs() < 1e-9, "{slip}");
+    }
+}

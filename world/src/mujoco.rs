@@ -337,10 +337,13 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_number_is_told() {
+    fn what_is_no_number_is_told_and_no_file_is_written_of_it() {
+        const LOG: &str = "MUJOCO_LOG.TXT";
+        let _ = std::fs::remove_file(LOG);
         let mut simulation = pendulum(1.0);
         simulation.speeds_mut()[0] = f64::NAN;
         assert_eq!(simulation.step(), Err(Warning { what: "a speed that is not a number", index: 0 }));
+        assert!(!std::fs::exists(LOG).unwrap());
     }
 
     #[test]

@@ -7,13 +7,18 @@ use world::{Face, Ground, World};
 
 #[test]
 fn docks_hold_while_joints_pull() {
-    let mut world = chain(6);
+    let mut world = chain(12);
     let mut most = 0.0_f64;
     for volts in [0.5 * SUPPLY_VOLTS, -0.5 * SUPPLY_VOLTS] {
         run(&mut world, [volts, 0.0, volts], 1000);
         most = world.angles(0)[0].abs().max(most);
         let (mm, degrees) = world.dock_error();
         assert!(mm < 0.5 && degrees < 0.5, "{mm} mm and {degrees} degrees");
+        for module in 1..12 {
+            let [back, front] = [(module - 1, Dock::Back), (module, Dock::Front)]
+                .map(|(module, dock)| world.dock(Face { module, dock }).translation);
+            assert!((back - front).length() < 0.5, "{module} is held: {back} and {front}");
+        }
     }
     assert!(most > 0.5, "joints turn");
 }
@@ -51,8 +56,17 @@ fn what_lets_go_falls_apart() {
 fn who_changes_places_is_held_there_by_what_held_the_other() {
     for (one, other) in [(0, 3), (1, 3), (1, 2)] {
         let mut world = chain(4);
-        run(&mut world, [3.0, 0.0, 3.0], 200);
+        run(&mut world, [3.0, -1.0, 2.0], 200);
+        let how = |world: &World| {
+            [one, other].map(|module| (world.angles(module), world.speeds(module), world.frame(module)))
+        };
+        let [before, before_other] = how(&world);
         world.swap(one, other);
+        for (now, before) in how(&world).into_iter().zip([before_other, before]) {
+            assert_eq!((now.0, now.1), (before.0, before.1), "{one} and {other}");
+            // The frames before are those of a millisecond ago.
+            assert!(now.2.abs_diff_eq(before.2, 0.1), "{one} and {other}: {} and {}", now.2, before.2);
+        }
         let mut order = [0, 1, 2, 3];
         order.swap(one, other);
         run(&mut world, [3.0, 0.0, 3.0], 200);
@@ -77,6 +91,19 @@ fn a_dock_that_takes_hold_of_another_lets_go_of_what_it_held() {
     world.attach(front, third);
     world.detach(third);
     assert_eq!(world.dock_error(), (0.0, 0.0), "nothing is held");
+}
+
+#[test]
+fn all_docks_of_a_robot_may_hold_others() {
+    let mut world = chain(2);
+    for dock in Dock::ALL {
+        world.attach(Face { module: 0, dock }, Face { module: 1, dock });
+    }
+    for dock in &Dock::ALL[..5] {
+        assert!(world.dock_error().0 > 100.0, "others hold");
+        world.detach(Face { module: 0, dock: *dock });
+    }
+    assert!(world.dock_error().0 > 100.0, "the last one holds");
 }
 
 #[test]

@@ -8,4 +8,5 @@ mod docks;
 mod formulas;
 mod ground;
 mod momentum;
+mod motion;
 mod trouble;

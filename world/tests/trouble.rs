@@ -15,10 +15,10 @@ fn a_joint_that_turns_as_none_can_is_named() {
     let trouble = (0..1000).find_map(|_| world.step(&[calm, [0.0, 1e4, 0.0]]).err());
     let Some(Trouble { seconds, place, last, .. }) = trouble else { panic!("the world holds") };
     assert!(seconds > 0.0 && place.starts_with("module 1, back of the roll"), "{place} after {seconds}");
-    let Some(&Moment { seconds: end, degrees_per_second, volts, .. }) = last.last() else {
-        panic!("{last:?}")
-    };
+    let &Moment { seconds: end, degrees, degrees_per_second, volts } = last.last().expect("the last moment");
     assert!((end, volts) == (seconds, 1e4) && degrees_per_second > 1500.0, "{last:?}");
+    let [angle, speed] = [world.angles(1), world.speeds(1)].map(|joints| joints[1].to_degrees());
+    assert_eq!((degrees, degrees_per_second), (angle, speed), "as the world has it");
 }
 
 #[test]

@@ -217,3 +217,73 @@ fn swap(numbers: &mut [f64], length: usize, one: usize, other: usize) {
         numbers.swap(length * one + index, length * other + index);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::assumed::{Make, SHELL};
+    use glam::DAffine3;
+    use plants::geometry::EDGE;
+
+    #[test]
+    fn what_moves_along_the_ground_slides() {
+        let [end, side] = [EDGE - SHELL, EDGE / 2.0 - SHELL].map(|mm| mm * MILLI);
+        let [joint, half] = [end - side, side];
+        let corner = |along: f64, across: f64| along.hypot(across);
+        // How it is rolled, in degrees; the speed of its middle along x, y and z, that at which it turns
+        // about z, and that of the joint in front; how fast how many of the corners of its halves slide.
+        for (roll, speeds, slides) in [
+            (0.0, [0.3, 0.0, -0.5, 0.0, 0.0], &[(0.3, 8)][..]),
+            (0.0, [0.0, -0.4, 0.0, 0.0, 0.0], &[(0.4, 8)]),
+            (0.0, [0.0, 0.0, -0.2, 0.0, 0.0], &[(0.0, 8)]),
+            (
+                0.0,
+                [0.0, 0.0, -0.2, 3.0, 0.0],
+                &[(3.0 * corner(end, side), 4), (3.0 * corner(joint, side), 4)],
+            ),
+            (
+                0.0,
+                [0.3, 0.0, 0.0, 3.0, 0.0],
+                &[
+                    (corner(0.3 + 3.0 * side, 3.0 * end), 2),
+                    (corner(0.3 - 3.0 * side, 3.0 * end), 2),
+                    (corner(0.3 + 3.0 * side, 3.0 * joint), 2),
+                    (corner(0.3 - 3.0 * side, 3.0 * joint), 2),
+                ],
+            ),
+            (
+                0.0,
+                [0.3, 0.2, 0.0, 3.0, 0.0],
+                &[
+                    (corner(0.3 - 3.0 * side, 0.2 + 3.0 * end), 1),
+                    (corner(0.3 + 3.0 * side, 0.2 - 3.0 * end), 1),
+                ],
+            ),
+            // The joint turns the half in front down, or along the ground.
+            (0.0, [0.0, 0.0, -0.2, 0.0, 2.0], &[(2.0 * side, 4), (0.0, 4)]),
+            (90.0, [0.0, 0.0, 0.0, 0.0, 2.0], &[(2.0 * corner(half, side), 2), (2.0 * side, 2), (0.0, 4)]),
+        ] {
+            let at = |y| Placed {
+                frame: DAffine3::from_translation(DVec3::Y * y)
+                    * DAffine3::from_rotation_x(f64::to_radians(roll)),
+                angles: [0.0; 3],
+                make: Make::default(),
+            };
+            let mut world = World::new(&[at(0.0), at(1000.0)], &Ground::default()).unwrap();
+            let [x, y, z, yaw, turn] = speeds;
+            for module in [0, 1] {
+                // It has to touch the ground.
+                world.simulation.positions_mut()[POSITIONS * module + 2] -= 1e-5;
+                let all = [x, y, z, 0.0, 0.0, yaw, turn, 0.0, 0.0];
+                world.simulation.speeds_mut()[SPEEDS * module..][..SPEEDS].copy_from_slice(&all);
+            }
+            world.simulation.update();
+            let found: Vec<_> = world.slides().collect();
+            for &(speed, corners) in slides {
+                let near = found.iter().filter(|(_, it)| (it - speed).abs() < 1e-4).count();
+                assert_eq!(near, 2 * corners, "{roll} {speeds:?}, {speed} m/s: {found:?}");
+            }
+            assert!(found.iter().map(|(force, _)| force).sum::<f64>() > 1.0, "{speeds:?}: {found:?}");
+        }
+    }
+}
