@@ -36,6 +36,11 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_command_is_sent_three_times_15_ms_apart() {
+        assert_eq!(SENDS.map(|at| at as f64 / MILLISECOND as f64), [0.0, 15.0, 30.0]);
+    }
+
+    #[test]
     fn a_command_is_a_frame_that_no_dock_takes_for_its_own() {
         for at in Dock::ALL {
             let [one, next] = [3, 4].map(|number| label(at, number));

@@ -204,6 +204,35 @@ mod tests {
         }
     }
 
+    /// By index, as head, branch, left leg, right leg, spine or tail.
+    #[test]
+    fn modules_are_numbered_from_head_to_tail_and_a_spine_follows_each_branch_while_there_is_one() {
+        for (shape, types) in [
+            (Shape::Centipede, "HT"),
+            (Shape::Centipede, "HSSST"),
+            (Shape::Centipede, "HBLRST"),
+            (Shape::Centipede, "HBLRSSSST"),
+            (Shape::Centipede, "HBLRSBLRST"),
+            (Shape::FourLegs, "HBLRBLRT"),
+            (Shape::FourLegs, "HBLRSBLRT"),
+            (Shape::FourLegs, "HBLRSBLRSST"),
+            (Shape::SixLegs, "HBLRSBLRSBLRT"),
+            (Shape::Chain, "HSSSSSST"),
+        ] {
+            let wiring = shape.wiring(types.len()).unwrap();
+            let letter = |module| match wiring.module_type(module) {
+                ModuleType::Head => 'H',
+                ModuleType::Branch => 'B',
+                ModuleType::LeftLeg => 'L',
+                ModuleType::RightLeg => 'R',
+                ModuleType::Spine => 'S',
+                ModuleType::Tail => 'T',
+                _ => '?',
+            };
+            assert_eq!((0..types.len()).map(letter).collect::<String>(), types, "{shape:?}");
+        }
+    }
+
     #[test]
     fn a_module_alone_is_a_chain() {
         assert_eq!(Shape::Chain.wiring(1).unwrap(), Wiring::new(1));
@@ -250,6 +279,21 @@ mod tests {
         let cross = Shape::Cross.wiring(10).unwrap();
         let ends = (0..10).filter(|&module| cross.neighbours(module).iter().flatten().count() == 1);
         assert_eq!(ends.count(), 4);
+        let arms: Vec<_> = cross.attachments().map(|(one, other)| format!("{one} {other}")).collect();
+        assert_eq!(
+            arms,
+            [
+                "0.Front 1.Back",
+                "0.Back 2.Front",
+                "0.Left 3.Back",
+                "0.Right 4.Back",
+                "1.Front 5.Back",
+                "2.Back 6.Front",
+                "3.Front 7.Back",
+                "4.Front 8.Back",
+                "5.Front 9.Back",
+            ]
+        );
         assert_eq!(cross.neighbours(0), [Some(Back), Some(Front), Some(Back), Some(Back), None, None]);
     }
 }

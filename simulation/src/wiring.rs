@@ -282,3 +282,28 @@ impl Wiring {
         &mut self.attached[module][usize::from(dock.index())]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape::Shape;
+
+    #[test]
+    fn modules_that_change_places_are_held_there_by_what_held_the_other() {
+        for (one, other, expected) in [
+            (0, 3, ["0.Front 2.Back", "1.Front 3.Back", "1.Back 2.Front"]),
+            (1, 2, ["0.Back 2.Front", "1.Front 2.Back", "1.Back 3.Front"]),
+            (3, 2, ["0.Back 1.Front", "1.Back 3.Front", "2.Front 3.Back"]),
+        ] {
+            let mut wiring = Shape::Chain.wiring(4).unwrap();
+            wiring.set_obstacle(Face { module: one, dock: Dock::Up }, true).unwrap();
+            wiring.swap(one, other).unwrap();
+            let attached: Vec<_> =
+                wiring.attachments().map(|(one, other)| format!("{one} {other}")).collect();
+            assert_eq!(attached, expected, "{one} and {other}");
+            let [here, there] = [one, other].map(|module| wiring.obstacles(module).contains(Dock::Up));
+            assert_eq!([here, there], [false, true], "obstacles stay where they are");
+            assert!(wiring.faces().all(|face| wiring.attached(wiring.attached(face).unwrap()) == Some(face)));
+        }
+    }
+}

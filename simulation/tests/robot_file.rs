@@ -179,6 +179,15 @@ fn what_a_world_cannot_be_is_refused() {
 }
 
 #[test]
+fn each_shape_has_a_name() {
+    for shape in Shape::ALL {
+        let (name, modules) = (shape.name(), shape.usual_modules());
+        let scenario = Scenario::from_toml(&format!("shape = \"{name}\"\nmodules = {modules}")).unwrap();
+        assert_eq!(scenario.wiring, shape.wiring(modules).unwrap(), "{name}");
+    }
+}
+
+#[test]
 fn a_shape_may_be_added_to() {
     let text = "shape = \"six-legs\"\nmodules = 12\ndocks = [[\"0.Up\", \"11.Up\"]]\n";
     let scenario = Scenario::from_toml(text).unwrap();
@@ -262,6 +271,7 @@ fn errors_point_at_the_line_and_say_what_to_do() {
         (&event("at = 86400.5\nkill = 0"), 4, "[[event]]", "from 0 to 86400"),
         (&event("kill = 0"), 4, "[[event]]", "missing field `at`"),
         (&event("at = 1\nloss = 2"), 4, "[[event]]", "give a probability from 0 to 1"),
+        (&event("at = 1\nloss = 1\nfrom = \"0.Front\""), 4, "[[event]]", "attach something first"),
         (&event("at = 1\nnoise = 1.1"), 4, "[[event]]", "give a probability from 0 to 1"),
         (&event("at = 1\nroll = 181"), 4, "[[event]]", "give `roll` in degrees from -180 to 180"),
         (&event("at = 1\nroll = -181"), 4, "[[event]]", "give `roll` in degrees from -180 to 180"),
