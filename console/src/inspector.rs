@@ -109,3 +109,119 @@ fn worked(task: &mut Task, work: &impl Fn()) -> u16 {
     }
     worked
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+    use crate::question::{Question, words};
+    use kernel::{Interrupt, LONGEST, Message as Owned, Priority, Stack, host};
+    use std::sync::Mutex;
+    use std::sync::atomic::{AtomicU16, Ordering::Relaxed};
+    use std::vec::Vec;
+    use tasks::dock::Dock;
+    use tasks::message::{Address, Message, TaskCode};
+
+    const CONSOLE: Address = Address::here(TaskCode::CONSOLE);
+    const INSPECTOR: Address = Address::here(TaskCode::SLAVE_INSPECTOR);
+
+    /// How often the inspector looks at the clock in a tick, if it has the CPU for itself.
+    const LOOKS: u16 = WORKS / LOOK;
+
+    static QUESTIONS: Mailbox = Mailbox::new(3);
+    static ANSWERS: Mailbox = Mailbox::new(1);
+    static CLIENT: Stack<100> = Stack::new();
+    static INSPECTS: Stack<200> = Stack::new();
+    static TASKS: [TaskHandle; 2] = [CLIENT.task(), INSPECTS.task()];
+    static LINKS: [Port; 3] = [Port::new(Dock::Down), Port::new(Dock::Back), Port::new(Dock::Up)];
+    static OF_BRIDGE: [Counter; 8] = [const { Counter::new() }; 8];
+    static OF_MOTORS: [Counter; 2] = [const { Counter::new() }; 2];
+    static OF_DEVICES: [Counter; 3] = [const { Counter::new() }; 3];
+    static COUNTED: Counts =
+        super::counts([&LINKS[0], &LINKS[1], &LINKS[2]], &OF_BRIDGE, &OF_MOTORS, &OF_DEVICES);
+
+    fn put(task: &mut Task, payload: &[u8]) {
+        let message = Message::new(INSPECTOR, CONSOLE, payload).expect("it is short");
+        let letter = Owned::new(task, Letter::of(message)).expect("there is a buffer");
+        assert!(QUESTIONS.put(task, letter).is_ok());
+    }
+
+    fn answer(task: &mut Task, question: Question) -> Vec<u16> {
+        put(task, &question.to_payload());
+        ANSWERS.wait(task);
+        let answer = ANSWERS.take(task).expect("it was woken by that");
+        assert_eq!((answer.to(), answer.from()), (CONSOLE, INSPECTOR));
+        words(question, answer.payload()).expect("to this question").collect()
+    }
+
+    /// So often, time passes as the inspector looks at the clock.
+    fn tick(interrupt: &mut Interrupt) {
+        host::tick(interrupt);
+        host::arrive_later(LOOKS.into(), tick);
+    }
+
+    #[test]
+    fn each_question_has_its_answer() {
+        static ANSWERED: Mutex<Vec<Vec<u16>>> = Mutex::new(Vec::new());
+        static WORKED: AtomicU16 = AtomicU16::new(0);
+        let counts = |of, from| Question::Counts { of, from };
+        let rows: [(Question, &[u16]); 15] = [
+            // It has worked at each look but the first, which saw that a tick had passed.
+            (Question::Mcu, &[WORKS - 1, 0x1B]),
+            (Question::Task(0), &[6, 100, 0]),
+            (Question::Task(1), &[7, 200, 0]),
+            (Question::Task(2), &[]),
+            // As many as there is room for, and no more than there are.
+            (counts(Dock::Down.index(), 0), &[100, 101, 102, 103, 104, 105, 106]),
+            (counts(Dock::Down.index(), 7), &[107, 108, 109, 110, 111]),
+            (counts(Dock::Back.index(), 11), &[211]),
+            (counts(Dock::Up.index(), 11), &[311]),
+            (counts(Dock::Up.index(), 12), &[]),
+            (counts(Dock::Up.index(), 13), &[]),
+            (counts(Dock::Front.index(), 0), &[]),
+            (counts(BRIDGE, 6), &[406, 407]),
+            (counts(MOTORS, 0), &[500, 501]),
+            (counts(DEVICES, 0), &[600, 601, 602]),
+            (counts(DEVICES + 1, 0), &[]),
+        ];
+        let ask_all = move |task: &mut Task| {
+            let [down, back, up] = [&LINKS[0], &LINKS[1], &LINKS[2]].map(Port::counts);
+            for (first, counters) in
+                (100..).step_by(100).zip([down, back, up, &OF_BRIDGE, &OF_MOTORS, &OF_DEVICES])
+            {
+                (first..).zip(counters).for_each(|(count, counter)| counter.set(task, count));
+            }
+            for other in [&[][..], &[TASK], &[TASK, 0, 0]] {
+                put(task, other); // no question: it has no answer
+            }
+            // The clock will begin anew within the first measurement.
+            task.delay(LONGEST);
+            task.delay(LONGEST);
+            for (question, _) in rows {
+                let answer = answer(task, question);
+                ANSWERED.lock().expect("no test panicked with it").push(answer);
+            }
+            loop {
+                task.delay(LONGEST);
+            }
+        };
+        host::run_for(
+            u32::from(u16::MAX),
+            |boot| {
+                let inspect = |task: &mut Task| {
+                    host::arrive_later(LOOKS.into(), tick);
+                    let mcu = Inspected { tasks: &TASKS, counts: &COUNTED };
+                    let work = || _ = WORKED.fetch_add(1, Relaxed);
+                    run(task, &QUESTIONS, &ANSWERS, mcu, |_| 0x1B, work)
+                };
+                CLIENT.start(boot, Priority::P6, ask_all).expect("the stack is free");
+                INSPECTS.start(boot, Priority::P7, inspect).expect("the stack is free");
+            },
+            |_, _| {},
+        );
+        host::cancel_arrival();
+        assert_eq!(*ANSWERED.lock().expect("no test panicked with it"), rows.map(|(_, answer)| answer));
+        assert_eq!(WORKED.load(Relaxed), WORKS - 1);
+    }
+}
