@@ -137,6 +137,7 @@ mod tests {
             (7_000, Level::Low),
             (7_299, Level::Low),
             (7_300, Level::Good),
+            (u16::MAX, Level::Good),
         ] {
             assert_eq!(settle(&mut battery, voltage), expected, "{voltage} mV");
         }

@@ -175,23 +175,38 @@ mod tests {
 
     #[test]
     fn cold_and_heat_interrupt_it() {
-        for (bad, still, good) in [(-1, 29, 30), (451, 421, 420)] {
+        for (limit, bad, still, good) in [(0, -1, 29, 30), (450, 451, 421, 420)] {
             let mut charger = charging();
-            let mut at = |temperature| charger.look(Look { temperature, ..GOOD });
+            // Nothing comes in from the neighbour; the time for that begins anew behind a pause.
+            let mut at = |temperature| charger.look(Look { temperature, current: 0, ..GOOD });
+            for _ in 1..2 * 4 {
+                assert_eq!(at(limit), None);
+            }
             assert_eq!(at(bad), Some(State::Paused));
             assert_eq!(at(still), None);
             assert_eq!(at(good), Some(State::Charging));
+            for _ in 1..2 * 4 {
+                assert_eq!(at(good), None);
+            }
+            assert_eq!(at(good), Some(State::Failed));
         }
     }
 
     #[test]
-    fn a_neighbour_that_gives_nothing_is_found_out() {
-        let mut charger = charging();
-        let nothing = Look { current: 0, ..GOOD };
-        for _ in 1..PATIENCE {
-            assert_eq!(charger.look(nothing), None);
+    fn two_seconds_tell_a_full_battery_from_a_neighbour_that_gives_nothing() {
+        for (voltage, current, becomes) in [
+            (8_300, 79, Some(State::Full)),
+            (8_299, 79, Some(State::Failed)),
+            (7_400, 0, Some(State::Failed)),
+            (8_300, 80, None),
+        ] {
+            let mut charger = charging();
+            let look = Look { voltage, current, ..GOOD };
+            for _ in 1..2 * 4 {
+                assert_eq!(charger.look(look), None);
+            }
+            assert_eq!(charger.look(look), becomes, "{voltage} mV, {current} mA");
         }
-        assert_eq!(charger.look(nothing), Some(State::Failed));
     }
 
     #[test]
