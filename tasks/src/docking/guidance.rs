@@ -178,3 +178,67 @@ impl Guidance {
 fn is_less(reflected: u16, most: u16) -> bool {
     reflected.saturating_add(LOSS) < most - most / 32
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use Line::{Shift, Turn};
+    use Next::{GoOn, Latch, Lost, Move};
+
+    /// Each list is a search: the angle, the reflection, whether the joint has arrived, and what comes next.
+    #[test]
+    fn what_a_search_does_by_what_it_sees() {
+        let near: &[_] = &[
+            (0, 400, true, Move(Turn, 120)),
+            (10, 504, false, GoOn),
+            (11, 499, false, GoOn), // less, and not near enough
+            (12, 505, false, GoOn),
+            (13, 501, false, GoOn), // near enough, but not yet less
+            (14, 500, false, Move(Turn, 14)),
+            (14, 500, false, GoOn),
+            (14, 500, true, Latch),
+        ];
+        let both_lines: &[_] = &[
+            (0, 100, true, Move(Turn, 120)),
+            (45, 480, false, GoOn),
+            (46, 461, false, GoOn), // less by noise alone
+            (50, 496, false, GoOn),
+            (51, 496, false, GoOn),
+            (61, 476, false, Move(Turn, 50 - 30)),
+            (48, 480, false, GoOn),
+            (47, 475, false, GoOn), // it may be the noise that has grown
+            (46, 481, false, GoOn),
+            (45, 477, false, GoOn),
+            (44, 476, false, Move(Turn, 44)),
+            (44, 499, true, Move(Shift, 44 + 120)), // not near enough, so on with both joints
+            (164, 504, true, Move(Shift, 44 - 120)), // no more but by noise: the other side may have more
+            (40, 520, false, GoOn),
+            (10, 480, false, GoOn), // within the play of what it drags along
+            (9, 480, false, Move(Shift, 40 + 30)),
+            (70, 490, true, Move(Shift, 70)),
+            (70, 499, true, Lost),
+        ];
+        let away: &[_] =
+            &[(0, 400, true, Move(Turn, 120)), (1, 384, false, GoOn), (2, 383, false, Move(Turn, -120))];
+        let faint: &[_] = &[(0, 7, true, Lost), (0, 8, true, Move(Turn, 120))];
+        for search in [near, both_lines, away, faint] {
+            let mut guidance = Guidance::new();
+            for (look, &(angle, reflected, is_there, next)) in search.iter().enumerate() {
+                assert_eq!(guidance.step(angle, reflected, is_there), next, "look {look}, {angle}");
+            }
+        }
+    }
+
+    /// Something may hold the joint.
+    #[test]
+    fn a_leg_ends_after_256_looks() {
+        let mut guidance = Guidance::new();
+        assert_eq!(guidance.step(0, 100, true), Move(Turn, 120));
+        for to in [-120, 30, 0] {
+            for _ in 0..255 {
+                assert_eq!(guidance.step(0, 100, false), GoOn);
+            }
+            assert_eq!(guidance.step(0, 100, false), Move(Turn, to));
+        }
+    }
+}

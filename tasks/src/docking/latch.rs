@@ -183,9 +183,10 @@ mod tests {
                 let mut next = motor;
                 let drive = next.step(switches, bits & 4 != 0);
                 assert_eq!(drive.is_some(), next.is_running());
+                let is_broken = switches.is_released && switches.is_latched;
+                assert!(!is_broken || next.state == State::Failed(Failure::Switches));
                 match drive {
                     None => {}
-                    Some(_) if switches.is_released && switches.is_latched => panic!("both ends at once"),
                     Some(End::Released) => assert!(!switches.is_released),
                     Some(End::Latched) => assert!(!switches.is_latched),
                 }
@@ -207,5 +208,26 @@ mod tests {
             open.push(stopped);
         }
         assert!(seen.len() > usize::from(TIME_OUT));
+    }
+
+    #[test]
+    fn too_much_current_for_forty_milliseconds_on_end_is_a_jam() {
+        let between = EndSwitches { is_released: false, is_latched: false };
+        let jammed = State::Failed(Failure::Jammed);
+        // Times with too much current, in ms, each with a period without it behind.
+        for (strained, state) in [
+            (&[36][..], State::MovingTo(End::Latched)),
+            (&[40], jammed),
+            (&[4, 36, 36, 8], State::MovingTo(End::Latched)),
+            (&[36, 40], jammed),
+        ] {
+            let mut motor = DockingMotor::new();
+            motor.move_to(End::Latched);
+            for milliseconds in strained {
+                (0..milliseconds / PERIOD_MS).for_each(|_| _ = motor.step(between, true));
+                motor.step(between, false);
+            }
+            assert_eq!(motor.state(), state, "{strained:?}");
+        }
     }
 }
