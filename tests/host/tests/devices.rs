@@ -10,6 +10,7 @@ use tasks::device::{JointMotors, Peripherals, Quantity};
 use tasks::devices::memory::{Cells, Memory, Record};
 use tasks::devices::task::{self as devices, Desk};
 use tasks::dock::Dock;
+use tasks::docking::guidance::HELD;
 use tasks::docking::latch::{End, EndSwitches, Failure, State as LatchState};
 use tasks::mailbox::Mailbox;
 use tasks::message::{Address, Message, TaskCode};
@@ -31,13 +32,15 @@ const HORMONE: TaskCode = TaskCode::HORMONE;
 
 /// The surroundings of one MCU's devices.
 struct World {
-    /// The quantities requested and not read yet.
-    looked: Vec<Quantity>,
+    /// The quantities requested and not read yet, each with whether the light was there at the request.
+    looked: Vec<(Quantity, bool)>,
     latches: [Latch; 3],
     driven: [Option<End>; 3],
     powered: [bool; 3],
     tripped: u8,
     emitters: bool,
+    /// The milliseconds since the light was switched on.
+    lit: u32,
     charger: bool,
     joint: Plant,
     drive: i16,
@@ -70,6 +73,7 @@ impl World {
             powered: [false; 3],
             tripped: 0,
             emitters: false,
+            lit: 0,
             charger: false,
             joint: Plant::at(0.0),
             drive: 0,
@@ -93,6 +97,7 @@ impl World {
         for (latch, driven) in self.latches.iter_mut().zip(self.driven) {
             latch.step(driven.map_or(0, |end| if end == End::Latched { 1 } else { -1 }), 0.001);
         }
+        self.lit = if self.emitters { self.lit + 1 } else { 0 };
         self.writes = self.writes.saturating_sub(1);
         if let Some(period) = self.period {
             period.post(interrupt);
@@ -138,16 +143,17 @@ impl<const BATTERY: bool> Peripherals for Board<BATTERY> {
 
     fn look(&mut self, _: &mut Task, quantity: Quantity) {
         let mut world = at(&self.0);
-        if !world.looked.contains(&quantity) {
-            world.looked.push(quantity);
-        }
+        world.looked.retain(|(looked, _)| *looked != quantity);
+        // A converter's reading shows no light that came up just now.
+        let is_lit = world.lit > 16;
+        world.looked.push((quantity, is_lit));
     }
 
     fn seen(&mut self, _: &mut Task, quantity: Quantity) -> Option<i16> {
         let mut world = at(&self.0);
-        let index = world.looked.iter().position(|looked| *looked == quantity)?;
-        world.looked.remove(index);
-        Some(world.value(quantity))
+        let index = world.looked.iter().position(|(looked, _)| *looked == quantity)?;
+        let (_, is_lit) = world.looked.remove(index);
+        Some(if is_lit || !matches!(quantity, Quantity::Proximity(_)) { world.value(quantity) } else { 0 })
     }
 
     fn end_switches(&mut self, dock: Dock) -> EndSwitches {
@@ -249,7 +255,9 @@ impl Client<'_> {
             while let Some(letter) = self.heard.take(self.task) {
                 let what = Report::from_payload(letter.payload()).map(Told::Report);
                 let what = what.or(Request::from_payload(letter.payload()).map(Told::Request));
-                told.push((letter.to().task(), what.expect("a report or a request")));
+                let what = what.expect("a report or a request");
+                assert_eq!(letter.from(), Address::here(what.device()), "{what:?}");
+                told.push((letter.to().task(), what));
             }
         }
         told
@@ -268,7 +276,7 @@ impl Client<'_> {
     /// Uses up all buffers, until the next call that takes the messages.
     fn fill(&mut self) {
         let payload = Report::Charger(charger::State::Off).to_payload();
-        let message = || Message::new(Address::here(HORMONE), Address::here(HORMONE), &payload);
+        let message = || Message::new(Address::here(HORMONE), Address::here(TaskCode::POWER), &payload);
         while self.office.deliver(self.task, message().expect("it is short"), Source::Task).is_ok() {}
     }
 
@@ -307,9 +315,31 @@ enum Told {
     Request(Request),
 }
 
+impl Told {
+    /// The device that tells it.
+    fn device(self) -> TaskCode {
+        match self {
+            Told::Report(Report::Value(sensor, _)) => sensor.task(),
+            Told::Report(Report::Joint(axis, _)) => TaskCode::joint(axis),
+            Told::Report(Report::Latch(dock, _) | Report::Lost(dock) | Report::Switch(dock, _)) => {
+                TaskCode::dock(dock)
+            }
+            Told::Report(Report::Battery(_) | Report::Charger(_)) => TaskCode::POWER,
+            Told::Report(Report::Refused(device)) => device,
+            Told::Report(Report::Kept(_)) => TaskCode::MEMORY,
+            // The dock of a search.
+            Told::Request(Request::TurnBy { .. }) => TaskCode::dock(Dock::Back),
+            Told::Request(_) => TaskCode::POWER,
+        }
+    }
+}
+
 const fn mcu<const BATTERY: bool>() -> Mcu {
     if BATTERY { Mcu::Slave } else { Mcu::Master }
 }
+
+/// The clock begins anew within that time.
+const TICKS: u32 = 70_000;
 
 /// Runs `script` beside the tasks of one MCU's devices and joint. Returns the world at the end.
 fn run<const BATTERY: bool>(script: fn(&mut Client)) -> Shared {
@@ -333,7 +363,7 @@ fn run<const BATTERY: bool>(script: fn(&mut Client)) -> Shared {
     let in_tick = Arc::clone(&world);
     let of_task = Arc::clone(&world);
     host::run_for(
-        60_000,
+        TICKS,
         move |boot| {
             let [board, motor, alive, of_script] = [0; 4].map(|_| Arc::clone(&of_task));
             let stacks: [&'static Stack<4000>; 3] = [0; 3].map(|_| forever(Stack::new()));
@@ -379,13 +409,16 @@ fn a_joint_tells_at_first_that_it_is_off_and_then_of_what_it_comes_to() {
         let arrived = Told::Report(Report::Joint(Axis::Back, State::Arrived));
         assert_eq!(told, [(TaskCode::AC_RECEIVE, arrived)]);
 
+        client.ask_for(TaskCode::AC_RECEIVE, Request::Turn { axis: Axis::Back, angle: 0, speed: 90 });
+        assert_eq!(client.within(500), [(TaskCode::AC_RECEIVE, arrived)], "it is there already");
+
         client.ask(Request::Relax(Axis::Back));
         let off = Told::Report(Report::Joint(Axis::Back, State::Off));
         assert_eq!(client.within(50), [(TaskCode::AC_RECEIVE, off)], "whose turn it was");
         assert_eq!(client.world().drive, 0);
     });
     // At least every 50 ms.
-    assert!(at(&world).alive >= 60_000 / 50);
+    assert!(at(&world).alive >= TICKS / 50);
 }
 
 #[test]
@@ -475,6 +508,13 @@ fn one_latch_moves_at_a_time_and_tells_when_it_is_there() {
         let jammed = LatchState::Failed(Failure::Jammed);
         assert_eq!(client.reports(2_500), [Report::Latch(Dock::Back, jammed)]);
         assert_eq!(client.world().driven, [None; 3]);
+
+        client.world().latch_ma = Some(0);
+        client.ask_for(TaskCode::AC_RECEIVE, Request::Latch(Dock::Back, End::Latched));
+        client.ask(Request::Power { dock: Dock::Back, is_on: true });
+        assert_eq!(client.within(1_990), []);
+        let failed = Told::Report(Report::Latch(Dock::Back, LatchState::Failed(Failure::TimedOut)));
+        assert_eq!(client.within(30), [(HORMONE, failed)], "which asked the dock last");
     });
 }
 
@@ -524,7 +564,7 @@ fn a_dock_too_far_away_is_come_near_to_with_both_joints_and_lost() {
     run::<true>(|client| {
         let told = client.loses_a_dock();
         let opposite = told.iter().map(|told| match told {
-            Told::Request(Request::TurnBy { axis: Axis::Front, by, .. }) => *by,
+            Told::Request(Request::TurnBy { axis: Axis::Front, by, speed: 30 }) => *by,
             Told::Report(Report::Lost(Dock::Back)) => 0,
             _ => panic!("{told:?}"),
         });
@@ -591,6 +631,10 @@ fn a_joint_that_is_off_stays_where_it_is_when_the_search_is_broken_off() {
         client.ask(Request::Latch(Dock::Back, End::Latched));
         client.within(3_000);
         assert!((client.world().joint.degrees() - 50.0).abs() < 1.0, "{}", client.world().joint.degrees());
+        // As the search holds it, it gives way to the other dock and tells nobody.
+        client.world().joint.surroundings.load_torque = 12.0;
+        assert_eq!(client.within(3_000), []);
+        assert!((client.world().joint.degrees() - 50.0).abs() > 2.0, "it was pushed off");
     });
 }
 
@@ -690,6 +734,24 @@ fn a_latch_that_has_closed_on_nothing_opens_before_it_closes_again_and_stays_so(
     });
 }
 
+/// A latch that is closed has hold of a dock if that reflects as much as one that touches.
+#[test]
+fn a_dock_that_reflects_too_little_is_not_held() {
+    run::<true>(|client| {
+        client.within(10);
+        client.turn(0);
+        for (counts, end) in [(HELD, End::Latched), (HELD - 1, End::Released)] {
+            let distances = (0..).map(|step| f64::from(step) * 0.001);
+            let millimetres = { distances }.find(|distance| reflected(*distance, 0.0) == counts);
+            let facing = client.world().joint.degrees();
+            client.world().latches[0] = Latch::at(1.0);
+            client.world().before = Some((Dock::Back, millimetres.expect("there is one"), facing));
+            client.ask(Request::Approach(Dock::Back));
+            assert_eq!(client.reports(3_000), [Report::Latch(Dock::Back, LatchState::At(end))], "{counts}");
+        }
+    });
+}
+
 #[test]
 fn a_dock_whose_latch_moves_is_not_searched_for() {
     run::<true>(|client| {
@@ -730,6 +792,7 @@ fn an_order_to_the_latch_ends_the_search_of_its_dock() {
         client.ask(Request::Approach(Dock::Back));
         assert_eq!(client.reports(50), []);
         client.ask(Request::Latch(Dock::Back, End::Latched));
+        assert!(!client.world().emitters);
         let told = client.reports(3_000);
         assert!(told.contains(&Report::Latch(Dock::Back, LatchState::At(End::Latched))), "{told:?}");
         assert!(!told.contains(&Report::Lost(Dock::Back)), "{told:?}");
@@ -903,12 +966,12 @@ fn the_charger_counts_what_comes_in_at_the_docks_of_both_mcus() {
         assert_eq!(told, expected);
         assert!(client.world().charger);
 
-        // 60 mA at a dock of the other MCU, and 10 at each here: 90 in all, which is enough to count as
-        // charging.
-        let others = |client: &mut Client, looks: u32| {
+        // 80 mA in all are enough to count as charging: what comes in at a dock of the other MCU, and 10 at
+        // each here.
+        let others = |client: &mut Client, current: i16| {
             let mut told = Vec::new();
-            for _ in 0..looks {
-                let current = Report::Value(Sensor::DockCurrent(Dock::Front), -60).to_payload();
+            for _ in 0..12 {
+                let current = Report::Value(Sensor::DockCurrent(Dock::Front), current).to_payload();
                 let power = Address::here(TaskCode::POWER);
                 let message = Message::new(power, Address::here(TaskCode::dock(Dock::Front)), &current);
                 let sent = client.office.deliver(client.task, message.expect("short"), Source::Bridge);
@@ -918,14 +981,15 @@ fn the_charger_counts_what_comes_in_at_the_docks_of_both_mcus() {
             told
         };
         client.world().dock_ma = -10;
-        assert_eq!(others(client, 12), []);
+        assert_eq!(others(client, -50), []);
         // A current out of the docks is no charge.
-        client.world().dock_ma = 500;
-        assert_eq!(others(client, 12), [Report::Charger(charger::State::Failed)]);
-        assert!(!client.world().charger);
-
-        client.ask(Request::Charge { is_on: true });
-        client.within(10);
+        for (here, there) in [(-10, -49), (500, -79)] {
+            client.world().dock_ma = here;
+            assert_eq!(others(client, there), [Report::Charger(charger::State::Failed)], "{here}, {there}");
+            assert!(!client.world().charger);
+            client.ask(Request::Charge { is_on: true });
+            client.within(10);
+        }
         client.world().dock_ma = -200;
         assert_eq!(client.reports(3_000), []);
         client.world().battery_temperature = 500;
@@ -968,7 +1032,7 @@ fn the_mcu_without_a_battery_does_what_the_other_allows() {
         client.ask(Request::Turn { axis: Axis::Front, angle: 100, speed: 90 });
         assert_eq!(client.reports(3_000), [Report::Joint(Axis::Front, State::Arrived)]);
     });
-    assert!(at(&world).alive >= 60_000 / 50);
+    assert!(at(&world).alive >= TICKS / 50);
 }
 
 #[test]
@@ -1024,9 +1088,17 @@ fn a_charger_that_pauses_at_its_first_look_keeps_no_switch_closed() {
 #[test]
 fn that_all_is_allowed_is_told_again_now_and_then() {
     run::<true>(|client| {
-        let told = client.within(60_000);
-        let reminders = told.iter().filter(|told| **told == allow(Level::Good, false)).count();
-        assert_eq!(reminders, 1 + 59 / 16);
+        let off = Told::Report(Report::Joint(Axis::Back, State::Off));
+        let reminder = allow(Level::Good, false);
+        assert_eq!(client.within(300), [(HORMONE, off), reminder]);
+        for _ in 0..4 {
+            assert_eq!(client.within(15_900), []);
+            assert_eq!(client.within(100), [reminder], "every 16 s");
+        }
+        // What is under way goes on when the clock begins anew.
+        client.ask(Request::Latch(Dock::Up, End::Latched));
+        assert_eq!(client.reports(2_500), [Report::Latch(Dock::Up, LatchState::At(End::Latched))]);
+        assert!(client.drain(6_900).contains(&allow(Level::Low, false)));
     });
 }
 
