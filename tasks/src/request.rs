@@ -264,6 +264,27 @@ mod tests {
     }
 
     #[test]
+    fn each_request_goes_to_its_device() {
+        let (axis, dock, sensor) = (Axis::Roll, Dock::Left, Sensor::AccelerationY);
+        let [joint, docking] = [TaskCode::joint(axis), TaskCode::dock(dock)];
+        for (request, task) in [
+            (Request::Read(sensor), TaskCode::ACCELEROMETER),
+            (Request::Turn { axis, angle: 1, speed: 2 }, joint),
+            (Request::TurnBy { axis, by: 1, speed: 2 }, joint),
+            (Request::Relax(axis), joint),
+            (Request::Latch(dock, End::Latched), docking),
+            (Request::Approach(dock), docking),
+            (Request::Leave(dock), docking),
+            (Request::Power { dock, is_on: true }, docking),
+            (Request::Charge { is_on: true }, TaskCode::POWER),
+            (Request::Allow(Allowance::ALL), TaskCode::POWER_BEYOND),
+            (Request::Keep([1, 2, 3, 4]), TaskCode::MEMORY),
+        ] {
+            assert_eq!(request.task(), task, "{request:?}");
+        }
+    }
+
+    #[test]
     fn other_lengths_are_nothing() {
         for length in (0..=16).filter(|length| *length != LENGTH) {
             assert_eq!(Request::from_payload(&[0; 16][..length]), None);

@@ -128,6 +128,18 @@ mod tests {
     }
 
     #[test]
+    fn each_belongs_to_its_device() {
+        let joints = Axis::ALL.map(TaskCode::joint);
+        let docks = Dock::ALL.map(TaskCode::dock);
+        let power = [TaskCode::POWER; 2];
+        let accelerometer = [TaskCode::ACCELEROMETER; 3];
+        let thermometers = [TaskCode::MASTER_TEMPERATURE, TaskCode::SLAVE_TEMPERATURE];
+        let devices = [&joints[..], &joints, &docks, &power, &accelerometer, &thermometers].concat();
+        let belongs = (0..Sensor::COUNT).map(|code| Sensor::from_code(code).unwrap().task());
+        assert_eq!(belongs.collect::<std::vec::Vec<_>>(), devices);
+    }
+
+    #[test]
     fn a_limit_as_a_reading_is_the_first_that_reaches_it() {
         let scale = Scale { zero: 512, slope: 625 };
         for value in (-4_900..4_900).step_by(7) {
