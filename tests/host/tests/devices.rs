@@ -3,7 +3,7 @@
 
 use std::sync::{Arc, Mutex, MutexGuard};
 
-use kernel::{Interrupt, Priority, Semaphore, Stack, Task, Ticks, host};
+use kernel::{Interrupt, Priority, Semaphore, Stack, Task, TaskHandle, Ticks, host};
 use plants::dock::{Latch, reflected};
 use plants::joint::{Joint as Plant, counts};
 use tasks::device::{JointMotors, Peripherals, Quantity};
@@ -229,6 +229,8 @@ struct Client<'a> {
     task: &'a mut Task,
     office: &'static PostOffice,
     devices: &'static Mailbox,
+    /// The devices' task.
+    server: TaskHandle,
     /// The mailbox that gets all reports: HORMONE's, or the bridge's.
     heard: &'static Mailbox,
     world: Shared,
@@ -245,6 +247,13 @@ impl Client<'_> {
 
     fn ask(&mut self, request: Request) {
         self.ask_for(HORMONE, request);
+    }
+
+    /// Asks all this before the devices take the first of it.
+    fn ask_at_once(&mut self, requests: [Request; 3]) {
+        self.server.suspend(self.task).expect("it waits");
+        requests.into_iter().for_each(|request| self.ask(request));
+        assert!(self.server.resume(self.task));
     }
 
     /// The messages within so many ticks, each with its addressee.
@@ -379,7 +388,8 @@ fn run<const BATTERY: bool>(script: fn(&mut Client)) -> Shared {
             };
             devices_stack.start(boot, Priority::P3, serve).expect("the stack is free");
             let play = move |task: &mut Task| {
-                let mut client = Client { task, office, devices, heard, world: of_script };
+                let server = devices_stack.task();
+                let mut client = Client { task, office, devices, server, heard, world: of_script };
                 script(&mut client);
                 *is_done.lock().expect("no test panicked with it") = true;
                 // All tests share one pool of letters, so none may stay in a mailbox.
@@ -680,6 +690,18 @@ fn a_joint_that_a_search_has_left_somewhere_gives_way_and_tells_nobody() {
         assert!((client.world().joint.degrees() - 8.0).abs() > 2.0, "it was pushed off");
         client.ask(Request::Turn { axis: Axis::Back, angle: 0, speed: 30 });
         assert_eq!(client.reports(3_000), [Report::Joint(Axis::Back, State::Stalled)]);
+    });
+}
+
+/// The search has held the joint, and that was not noted yet when the turn comes.
+#[test]
+fn a_turn_that_comes_at_once_with_the_end_of_a_search_is_reported() {
+    run::<true>(|client| {
+        turn_by_hand(client);
+        client.world().joint.surroundings.is_blocked = true;
+        let turn = Request::Turn { axis: Axis::Back, angle: 0, speed: 30 };
+        client.ask_at_once([Request::Approach(Dock::Back), Request::Leave(Dock::Back), turn]);
+        assert_eq!(client.reports(2_000), [Report::Joint(Axis::Back, State::Stalled)]);
     });
 }
 
