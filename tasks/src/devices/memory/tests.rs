@@ -86,6 +86,24 @@ fn what_was_kept_last_is_recalled_and_all_places_wear_alike() {
     assert!(eeprom.writes.iter().all(|&writes| writes <= rounds), "{:?}", eeprom.writes);
 }
 
+/// A record is kept beyond the image that has written it.
+#[test]
+fn each_record_lies_where_other_images_look_for_it() {
+    let mut eeprom = Eeprom::of(0xFF);
+    let mut memory = Memory::new();
+    for number in 1..=33 {
+        assert!(keep(&mut memory, &mut eeprom, [number, 2, 3, 4], u32::MAX));
+    }
+    for (address, bytes) in [
+        (0, [33, 33, 2, 3, 4, 0x76, 0x5B, 0xFF]),
+        (8, [2, 2, 2, 3, 4, 0x3C, 0xAF, 0xFF]),
+        (248, [32, 32, 2, 3, 4, 0xAA, 0xBE, 0xFF]),
+    ] {
+        assert_eq!(eeprom.bytes[address..address + 8], bytes, "{address}");
+    }
+    assert_eq!(BYTES, 256);
+}
+
 #[test]
 fn what_is_there_already_is_not_written() {
     let mut eeprom = Eeprom::of(0xFF);
