@@ -3,8 +3,8 @@
 //! The MCUs take turns and run ahead of each other. None runs past the cycle at which another one's action
 //! could reach it: the cycle at which the bus acts next, or the other's next possible action plus the bus's
 //! lookahead. An MCU that touches its bus interface stops at once, so that the bus can react. The outcome
-//! does not depend on the order and length of the turns, but for one thing: when another MCU sees that SDA, which
-//! was held low, is released.
+//! does not depend on the order and length of the turns, but for one thing: when another MCU sees that SDA,
+//! which was held low, is released.
 
 use crate::bus::Bus;
 use crate::mcu::Mcu;

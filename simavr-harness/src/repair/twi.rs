@@ -264,8 +264,8 @@ impl Twi {
         cpu.call_attention();
     }
 
-    /// Sets a register that decides the length of a bit. A shorter one is not used at once, for other nodes may
-    /// have run as far ahead as the longer one allowed.
+    /// Sets a register that decides the length of a bit. A shorter one is not used at once, for other nodes
+    /// may have run as far ahead as the longer one allowed.
     fn set_rate(&mut self, cpu: Cpu, register: u16, value: u8) {
         let (before, used) = (self.bit_cycles(cpu), self.next_bit(cpu));
         cpu.set_data(register, value);
