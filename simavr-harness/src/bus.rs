@@ -75,6 +75,8 @@ pub struct Bus {
     data_held_for: u32,
     /// The cycle at which the clock was released last.
     released: u64,
+    /// Length of a bit on the wires, in cycles.
+    bit: u64,
     /// The first cycle at which a node leaves, if the bus has yet to act on it.
     departure: Option<u64>,
     /// The shortest bit of any node, in cycles.
@@ -144,6 +146,7 @@ impl Bus {
             next: NextByte::Address,
             data_held_for: 0,
             released: 0,
+            bit: 0,
             departure: None,
             shortest_bit: 0,
             counts: BusCounts::default(),
@@ -161,8 +164,8 @@ impl Bus {
         self.signals.take().unwrap_or_default()
     }
 
-    fn note(&mut self, nodes: &[Mcu], end: u64, bits: u64, what: BusSignal) {
-        let bit = self.masters().map(|master| bit(&nodes[master])).max().unwrap_or(0);
+    fn note(&mut self, end: u64, bits: u64, what: BusSignal) {
+        let bit = self.bit;
         if let Some(signals) = &mut self.signals {
             signals.push(Slice { begin: end - bits * bit, end, what });
         }
@@ -319,8 +322,8 @@ impl Bus {
             return;
         }
         let released = nodes.iter().map(released_at).max().unwrap_or(0);
-        self.released = released;
         let bit = self.masters().map(|master| bit(&nodes[master])).max().unwrap_or(0);
+        (self.released, self.bit) = (released, bit);
         let any = |wanted| self.masters().any(|master| command(&nodes[master]) == wanted);
         self.phase = if any(Command::Byte) {
             Phase::Byte { due: released + BYTE_BITS * bit }
@@ -390,17 +393,18 @@ impl Bus {
         } else {
             self.dismiss_slaves(nodes, status::STOP_OR_REPEATED_START);
         }
+        self.bit = starters.iter().map(|&index| start_bit(&nodes[index])).min().unwrap_or(0);
         for index in starters {
             self.roles[index] = Role::Master;
             report(&mut nodes[index], status::START);
         }
-        self.note(nodes, now, 1, BusSignal::Start);
+        self.note(now, 1, BusSignal::Start);
         self.next = NextByte::Address;
         self.phase = Phase::Held;
     }
 
     fn repeated_start(&mut self, nodes: &mut [Mcu], now: u64) {
-        self.note(nodes, now, 1, BusSignal::Start);
+        self.note(now, 1, BusSignal::Start);
         self.dismiss_slaves(nodes, status::STOP_OR_REPEATED_START);
         for master in self.indices(Role::is_master) {
             report(&mut nodes[master], status::REPEATED_START);
@@ -411,7 +415,7 @@ impl Bus {
 
     /// A STOP wins over a repeated START, which needs SDA high where the STOP needs it low.
     fn stop(&mut self, nodes: &mut [Mcu], now: u64) {
-        self.note(nodes, now, 1, BusSignal::Stop);
+        self.note(now, 1, BusSignal::Stop);
         self.dismiss_slaves(nodes, status::STOP_OR_REPEATED_START);
         for master in self.indices(Role::is_master) {
             self.roles[master] = Role::None;
@@ -445,7 +449,7 @@ impl Bus {
             NextByte::Written => self.written_byte(nodes),
             NextByte::Read => self.read_byte(nodes),
         };
-        self.note(nodes, now, BYTE_BITS, BusSignal::Byte { value, acknowledged });
+        self.note(now, BYTE_BITS, BusSignal::Byte { value, acknowledged });
     }
 
     /// The address on the wire, and whether it was acknowledged.
