@@ -115,13 +115,14 @@ mod tests {
     extern crate std;
 
     use super::*;
+    use crate::posting::put;
     use crate::question::{Question, words};
-    use kernel::{Interrupt, LONGEST, Message as Owned, Priority, Stack, host};
+    use kernel::{Interrupt, LONGEST, Priority, Stack, host};
     use std::sync::Mutex;
     use std::sync::atomic::{AtomicU16, Ordering::Relaxed};
     use std::vec::Vec;
     use tasks::dock::Dock;
-    use tasks::message::{Address, Message, TaskCode};
+    use tasks::message::{Address, TaskCode};
 
     const CONSOLE: Address = Address::here(TaskCode::CONSOLE);
     const INSPECTOR: Address = Address::here(TaskCode::SLAVE_INSPECTOR);
@@ -141,14 +142,12 @@ mod tests {
     static COUNTED: Counts =
         super::counts([&LINKS[0], &LINKS[1], &LINKS[2]], &OF_BRIDGE, &OF_MOTORS, &OF_DEVICES);
 
-    fn put(task: &mut Task, payload: &[u8]) {
-        let message = Message::new(INSPECTOR, CONSOLE, payload).expect("it is short");
-        let letter = Owned::new(task, Letter::of(message)).expect("there is a buffer");
-        assert!(QUESTIONS.put(task, letter).is_ok());
+    fn ask(task: &mut Task, payload: &[u8]) {
+        put(task, &QUESTIONS, INSPECTOR, CONSOLE, payload);
     }
 
     fn answer(task: &mut Task, question: Question) -> Vec<u16> {
-        put(task, &question.to_payload());
+        ask(task, &question.to_payload());
         ANSWERS.wait(task);
         let answer = ANSWERS.take(task).expect("it was woken by that");
         assert_eq!((answer.to(), answer.from()), (CONSOLE, INSPECTOR));
@@ -193,7 +192,7 @@ mod tests {
                 (first..).zip(counters).for_each(|(count, counter)| counter.set(task, count));
             }
             for other in [&[][..], &[TASK], &[TASK, 0, 0]] {
-                put(task, other); // no question: it has no answer
+                ask(task, other); // no question: it has no answer
             }
             // The clock will begin anew within the first measurement.
             task.delay(LONGEST);

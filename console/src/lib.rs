@@ -23,6 +23,8 @@
 pub mod dialogue;
 pub mod inspector;
 pub mod line;
+#[cfg(test)]
+mod posting;
 pub mod question;
 pub mod report;
 pub mod request;

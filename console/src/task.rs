@@ -75,15 +75,16 @@ mod tests {
     extern crate std;
 
     use super::*;
+    use crate::posting::put;
     use crate::question::Question;
     use crate::request::{Request, Topic, piece};
-    use kernel::{LONGEST, Message as Owned, Priority, Stack, host};
+    use kernel::{LONGEST, Priority, Stack, host};
     use std::borrow::ToOwned;
     use std::string::String;
     use std::sync::Mutex;
     use std::vec::Vec;
     use tasks::dock::Dock;
-    use tasks::message::{Address, Letter, Message, TaskCode};
+    use tasks::message::{Address, TaskCode};
     use tasks::router::{Mcu, Router};
     use tasks::superbot::RESIDENCE;
 
@@ -102,14 +103,8 @@ mod tests {
         bridge: &MASTER,
     };
 
-    fn put(task: &mut Task, mailbox: &Mailbox, from: Address, payload: &[u8]) {
-        let message = Message::new(Address::here(TaskCode::CONSOLE), from, payload).expect("it is short");
-        let letter = Owned::new(task, Letter::of(message)).expect("there is a buffer");
-        assert!(mailbox.put(task, letter).is_ok());
-    }
-
     fn tell(task: &mut Task, from: Address, payload: &[u8]) {
-        put(task, CONSOLE.mailbox(), from, payload);
+        put(task, CONSOLE.mailbox(), Address::here(TaskCode::CONSOLE), from, payload);
     }
 
     fn ask(task: &mut Task, request: Request) {
@@ -138,7 +133,7 @@ mod tests {
                     100 => tell(task, TERMINAL, b"?"), // the answer is not overdue
                     // For a while there is no room for what the answer leads to.
                     900 => {
-                        put(task, &DOCK, TERMINAL, b"");
+                        put(task, &DOCK, Address::here(TaskCode::CONSOLE), TERMINAL, b"");
                         tell(task, TERMINAL, b"?");
                         let inspector = Address::here(TaskCode::SLAVE_INSPECTOR);
                         tell(task, inspector, &[&Question::Mcu.to_payload()[..], &[0, 0, 2, 0]].concat());

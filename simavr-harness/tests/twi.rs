@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::common::{build, build_with, marked, mcu};
-use simavr_harness::{Bus, BusCounts, Image, Mcu, Part, Reset, State, lockstep};
+use crate::common::{build, build_with, marked, mcu, mcu_with_seed};
+use simavr_harness::{Bus, BusCounts, Image, Mcu, Reset, State, lockstep};
 use simulation::Random;
 
 /// TWBR for 100 kHz at 16 MHz: 160 cycles a bit.
@@ -187,8 +187,7 @@ fn the_length_of_turns_changes_nothing_whatever_programs_write() {
     for seed in 0..100 {
         let outcome = |quantum| {
             let mut random = Random::new(seed);
-            let mut mcus = [0, 1, 2]
-                .map(|_| Mcu::new(Part::ATMEGA128, image.clone(), random.next_u64()).expect("it fits"));
+            let mut mcus = [(); 3].map(|()| mcu_with_seed(&image, random.next_u64()));
             let mut bus = Bus::new(3);
             let mut seen = Vec::new();
             for _ in 0..20 {

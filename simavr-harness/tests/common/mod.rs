@@ -39,7 +39,12 @@ pub fn build(source: &str) -> Arc<Image> {
 
 /// An ATmega128 that runs `image`.
 pub fn mcu(image: &Arc<Image>) -> Mcu {
-    Mcu::new(Part::ATMEGA128, image.clone(), 1).expect("the image fits the ATmega128")
+    mcu_with_seed(image, 1)
+}
+
+/// The same, with memory at power-up by `seed`.
+pub fn mcu_with_seed(image: &Arc<Image>, seed: u64) -> Mcu {
+    Mcu::new(Part::ATMEGA128, image.clone(), seed).expect("the image fits the ATmega128")
 }
 
 /// A part that runs `fixtures/<source>`.
