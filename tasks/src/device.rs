@@ -86,7 +86,7 @@ pub trait JointMotors {
     /// Measures the joints once, within 2 ms.
     fn look(&mut self, task: &mut Task);
 
-    /// The last measurement.
+    /// The last measurement: as a period begins, that of the period before.
     fn reading(&self, task: &mut Task, joint: usize) -> Reading;
 
     /// Sets the drive from the next period on: -[`FULL_DRIVE`](crate::motor::FULL_DRIVE) to `FULL_DRIVE`.

@@ -114,6 +114,7 @@ impl<const N: usize, const IS_SLAVE: bool> Half<N, IS_SLAVE> {
                 self.look_at = self.ticks.wrapping_add(WATCH);
                 self.joints.order_or_look(is_ordered, &mut around);
             }
+            Awaited::FirstPeriod => self.joints.first_period(&mut around),
             Awaited::Measurement => self.joints.measurement(&mut around),
             Awaited::Period => {
                 self.look_at = self.ticks.wrapping_add(WATCH);

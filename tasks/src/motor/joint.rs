@@ -159,10 +159,12 @@ impl Joint {
     }
 
     /// Turns the joint as [`turn_to`](Self::turn_to), but by an angle from where the last reading found it.
+    /// Where there is none its potentiometer counts as broken.
     pub fn turn_by(&mut self, by: i16, speed: u8) {
-        // Without a reading, the joint is found broken.
-        let at = self.position.unwrap_or(0);
-        self.turn(self.stops.beyond(at, by.saturating_mul(TENTH)), speed);
+        match self.position {
+            Some(at) => self.turn(self.stops.beyond(at, by.saturating_mul(TENTH)), speed),
+            None => self.state = State::BrokenPotentiometer,
+        }
     }
 
     #[inline(never)] // called in several places
@@ -224,10 +226,12 @@ impl Joint {
         }
     }
 
-    /// The first reading after a rest. Since the last one the joint may have turned further than in a period.
+    /// The first reading after a rest. Since the last one the joint may have turned further than in a period,
+    /// and one that is off by any angle.
     #[inline(never)] // seldom called, it would cost its task registers
     pub fn resume(&mut self, reading: Reading) {
-        self.position = POTENTIOMETER.position(reading.potentiometer).or(self.position);
+        let last = self.position.filter(|_| self.is_driven());
+        self.position = POTENTIOMETER.position(reading.potentiometer).or(last);
     }
 
     /// One period. Returns the drive, from -[`FULL_DRIVE`] to [`FULL_DRIVE`].

@@ -70,7 +70,9 @@ pub enum Awaited {
     Order,
     /// An order, for [`WATCH`] ticks: what is driven is at rest.
     OrderOrLook,
-    /// The end of the first period, in which they are measured.
+    /// The first period, in which they are measured.
+    FirstPeriod,
+    /// The end of that period.
     Measurement,
     /// The next period.
     Period,
@@ -106,6 +108,13 @@ impl<const N: usize> Joints<N> {
             }
             self.go_on(around);
         }
+    }
+
+    /// The first period has begun. The last measurement may be of long ago.
+    #[inline(always)]
+    pub fn first_period(&mut self, around: &mut impl Surroundings) {
+        around.done();
+        self.awaited = Awaited::Measurement;
     }
 
     /// The joints have been measured once.
@@ -156,7 +165,10 @@ impl<const N: usize> Joints<N> {
         for (index, joint) in self.joints.iter_mut().enumerate() {
             match around.take_order(index) {
                 Some(Order::Turn { angle, speed }) => joint.turn_to(angle, speed),
-                Some(Order::TurnBy { by, speed }) => joint.turn_by(by, speed),
+                Some(Order::TurnBy { by, speed }) => {
+                    joint.turn_by(by, speed);
+                    around.show_state(index, joint.state());
+                }
                 Some(Order::Relax) => joint.release(),
                 None => {}
             }
@@ -183,6 +195,6 @@ impl<const N: usize> Joints<N> {
 
     fn begin(&mut self, around: &mut impl Surroundings) {
         around.begin();
-        self.awaited = Awaited::Measurement;
+        self.awaited = Awaited::FirstPeriod;
     }
 }

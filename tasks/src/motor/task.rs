@@ -148,9 +148,13 @@ pub fn run<const N: usize>(
                 let is_ordered = motors.ordered.wait_timeout(task, WATCH).is_ok();
                 joints.order_or_look(is_ordered, &mut Here { task, motors, devices: &mut devices });
             }
-            Awaited::Measurement => {
+            Awaited::FirstPeriod => {
                 // A signal that the last period before rest has left behind would pass for this one.
                 while motors.period.try_wait(task) {}
+                motors.period.wait(task);
+                joints.first_period(&mut Here { task, motors, devices: &mut devices });
+            }
+            Awaited::Measurement => {
                 motors.period.wait(task);
                 joints.measurement(&mut Here { task, motors, devices: &mut devices });
             }
@@ -208,7 +212,7 @@ pub struct Here<'a, D, const N: usize> {
 impl<D: JointMotors, const N: usize> Surroundings for Here<'_, D, N> {
     #[inline(always)]
     fn begin(&mut self) {
-        // The first two periods are to be over in time.
+        // The first three periods are to begin in time.
         self.motors.duty.promise(self.task, LATE);
         self.devices.begin(self.task, &self.motors.period);
     }

@@ -105,7 +105,7 @@ impl Battery {
         if self.agreeing < PATIENCE {
             return None;
         }
-        (self.level, self.agreeing) = (next, 0);
+        self.level = next;
         Some(next)
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use kernel::{Priority, Semaphore, Stack, Task, Ticks, host};
-use plants::joint::{Joint as Plant, counts};
+use plants::joint::{Joint as Plant, PotentiometerFault, counts};
 use tasks::device::JointMotors;
 use tasks::motor::FULL_DRIVE;
 use tasks::motor::joint::{Joint, Reading, State};
@@ -14,9 +14,13 @@ use tasks::superbot::JOINT;
 /// Two joints, and the task's calls on their motors.
 struct World {
     joints: [Plant; 2],
+    /// What was measured last. A period measures while it goes on, so its measurement is there when it ends.
+    readings: [Reading; 2],
     drives: [i16; 2],
     /// Posted each millisecond while the joints are controlled.
     period: Option<&'static Semaphore>,
+    /// Whether a period goes on.
+    is_measuring: bool,
     /// How often control began, and how often the joints were looked at without it.
     begun: u32,
     looked: u32,
@@ -31,6 +35,16 @@ struct Board(Arc<Mutex<World>>);
 impl Board {
     fn world(&self) -> MutexGuard<'_, World> {
         self.0.lock().expect("no test panicked with it")
+    }
+}
+
+impl World {
+    fn measure(&mut self) {
+        self.readings = [0, 1].map(|joint: usize| {
+            let plant = &self.joints[joint];
+            let [potentiometer, current] = [plant.potentiometer_volts(), plant.current_volts()].map(counts);
+            Reading { potentiometer, current }
+        });
     }
 }
 
@@ -49,12 +63,11 @@ impl JointMotors for Board {
         let ticks = self.world().look_ticks;
         self.world().looked += 1;
         task.delay(ticks);
+        self.world().measure();
     }
 
     fn reading(&self, _: &mut Task, joint: usize) -> Reading {
-        let plant = &self.world().joints[joint];
-        let [potentiometer, current] = [plant.potentiometer_volts(), plant.current_volts()].map(counts);
-        Reading { potentiometer, current }
+        self.world().readings[joint]
     }
 
     fn drive(&mut self, _: &mut Task, joint: usize, drive: i16) {
@@ -107,6 +120,8 @@ fn run(script: fn(&mut Client)) {
     }
     let board = Board(Arc::new(Mutex::new(World {
         joints: [0.0, 10.0].map(Plant::at),
+        readings: [Reading { potentiometer: 0, current: 0 }; 2],
+        is_measuring: false,
         drives: [0; 2],
         period: None,
         begun: 0,
@@ -142,6 +157,10 @@ fn run(script: fn(&mut Client)) {
                     world.joints[joint].step(duty, 0.000_05);
                 }
             }
+            if world.is_measuring {
+                world.measure();
+            }
+            world.is_measuring = world.period.is_some();
             if let Some(period) = world.period {
                 for _ in 0..world.at_once {
                     period.post(interrupt);
@@ -297,6 +316,44 @@ fn a_joint_that_was_pushed_since_the_last_look_is_not_broken_when_an_order_comes
             client.turn(joint, 300);
             client.news(4_000);
             assert_eq!(client.states(), [State::Arrived; 2], "an order to joint {joint}");
+        }
+    });
+}
+
+/// The last measurement may be of long ago, and at first there is none.
+#[test]
+fn a_joint_that_is_off_and_is_to_stay_stays_where_it_is() {
+    run(|client| {
+        for degrees in [10.0, -30.0] {
+            client.board.world().joints[1] = Plant::at(degrees);
+            client.motors.order(client.task, 1, Order::TurnBy { by: 0, speed: 60 });
+            client.news(500);
+            let now = client.board.world().joints[1].degrees();
+            assert!((now - degrees).abs() < 0.3, "{now} in place of {degrees}");
+            client.motors.order(client.task, 1, Order::Relax);
+            client.news(100);
+        }
+    });
+}
+
+/// Else it would turn to where nobody wants it.
+#[test]
+fn a_joint_that_is_to_stay_where_it_is_and_can_not_be_measured_turns_nowhere() {
+    run(|client| {
+        for (ticks, degrees) in (0..6).zip([40.0, -30.0].into_iter().cycle()) {
+            let mut joint = Plant::at(degrees);
+            joint.set_fault(Some(PotentiometerFault::Open));
+            client.board.world().joints[1] = joint;
+            client.motors.order(client.task, 1, Order::TurnBy { by: 0, speed: 60 });
+            client.news(ticks);
+            client.board.world().joints[1].set_fault(None);
+            client.news(500);
+            let now = client.board.world().joints[1].degrees();
+            assert!((now - degrees).abs() < 0.3, "{ticks} ticks later: {now} in place of {degrees}");
+            let state = if ticks < 2 { State::Arrived } else { State::BrokenPotentiometer };
+            assert_eq!(client.states()[1], state, "{ticks} ticks later");
+            client.motors.order(client.task, 1, Order::Relax);
+            client.news(100);
         }
     });
 }

@@ -41,6 +41,7 @@ impl<J: JointMotors, const N: usize> Driver<J, N> {
                 self.is_ordered = false;
                 joints.order_or_look(true, &mut Here { task, motors, devices });
             }
+            Awaited::FirstPeriod if is_period => joints.first_period(&mut Here { task, motors, devices }),
             Awaited::Measurement if is_period => joints.measurement(&mut Here { task, motors, devices }),
             Awaited::Period if is_period => {
                 self.look_at = now(task).wrapping_add(WATCH);
