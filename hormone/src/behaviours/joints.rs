@@ -34,15 +34,14 @@ impl Joints {
 
     /// Takes in the state of a joint. One that is off has forgotten its target: its MCU was reset, or another
     /// task relaxed it. It is told again at once, for a robot that stands may have no other target for it.
+    /// After a reset of the whole module none is known: then the joint is to stay where it is.
     pub fn hear(&mut self, now: u16, axis: Axis, state: State) {
         let index = usize::from(axis.index());
         let awaits_retry = self.failed.contains(&true);
-        let (Some(told), Some(failed)) = (self.told.get_mut(index), self.failed.get_mut(index)) else {
-            return;
-        };
+        let Some(failed) = self.failed.get_mut(index) else { return };
         match state {
             State::Off => {
-                *failed = told.is_some();
+                *failed = true;
                 self.retry_at = now;
             }
             State::Stalled | State::BrokenPotentiometer => {
@@ -67,10 +66,8 @@ impl Joints {
             };
             let target = posture.and_then(|posture| posture.get(index).copied()).or(*told);
             let has_to = *told != target || is_retry && *failed;
-            if let Some(degrees) = target.filter(|_| has_to)
-                && tell(axis, degrees, module)
-            {
-                (*told, *failed) = (Some(degrees), false);
+            if has_to && tell(axis, target, module) {
+                (*told, *failed) = (target, false);
             }
         }
         if is_retry {
@@ -85,10 +82,14 @@ impl Joints {
     }
 }
 
-/// Returns whether there was room.
+/// Has a joint turn to `target`, in degrees, or stay where it is. Returns whether there was room.
 #[inline(never)] // else its message would lie under those that HORMONE sends
-fn tell(axis: Axis, degrees: i8, module: &mut impl Module) -> bool {
-    module.request(Request::Turn { axis, angle: i16::from(degrees) * 10, speed: SPEED }).is_ok()
+fn tell(axis: Axis, target: Option<i8>, module: &mut impl Module) -> bool {
+    let request = match target {
+        Some(degrees) => Request::Turn { axis, angle: i16::from(degrees) * 10, speed: SPEED },
+        None => Request::TurnBy { axis, by: 0, speed: SPEED },
+    };
+    module.request(request).is_ok()
 }
 
 impl Default for Joints {

@@ -342,13 +342,21 @@ fn what_devices_report_is_no_topology_and_what_cannot_be_read_is_counted() {
     assert_eq!(behaviours.status().malformed, before.malformed + 2);
 }
 
+/// HORMONE was reset too, and knows no target.
 #[test]
-fn a_joint_that_was_switched_off_after_it_failed_wakes_nobody() {
-    let mut joints = Joints::new();
+fn a_joint_that_is_off_and_was_told_nothing_is_to_stay_where_it_is() {
+    let (mut joints, mut here) = (Joints::new(), Here::default());
     joints.hear(0, Axis::Roll, State::Stalled);
     assert_eq!(joints.retry_in(0), Some(RETRY));
     joints.hear(10, Axis::Roll, State::Off);
-    assert_eq!(joints.retry_in(10), None, "it has no target that could be repeated");
+    assert_eq!(joints.retry_in(10), Some(0));
+    joints.turn(10, None, &mut here);
+    assert_eq!(here.requests(), [Request::TurnBy { axis: Axis::Roll, by: 0, speed: 60 }]);
+    assert_eq!(joints.retry_in(10), None);
+    here.sent.clear();
+    joints.turn(20, Some(posture(0, 0, 0)), &mut here);
+    let straight = |axis| Request::Turn { axis, angle: 0, speed: 60 };
+    assert_eq!(here.requests(), Axis::ALL.map(straight));
 }
 
 /// An MCU that is reset switches its joints off. A leg of a robot that stands would give way.

@@ -1,9 +1,12 @@
 //! A robot that was ordered to stop, with the images that it is flashed with: it loses no neighbour while the
-//! behaviours' clock wraps after 65.5 s, and walks when it is ordered to.
+//! behaviours' clock wraps after 65.5 s, and walks when it is ordered to. Its joints stay where they are,
+//! also when MCUs are reset.
 
+use plants::joint::Joint;
 use simavr_harness::{Engine, RobotBuilder};
-use simulation::{Robot, Run, Scenario, faults};
+use simulation::{Change, Mcus, Robot, Run, Scenario, faults};
 use superbot_tests_simavr::{MILLISECOND, firmware};
+use tasks::motor::Axis;
 
 const SECOND: u64 = 1000 * MILLISECOND;
 
@@ -20,4 +23,34 @@ fn a_robot_that_stands_for_a_minute_loses_nobody_and_walks_on() {
     let actions = [0, 1].map(|module| run.robot.status(module).map(|status| status.action));
     assert_eq!(actions, [Some(hormone::action::Action::Wave); 2]);
     assert_eq!(faults(&run, false), [""; 0]);
+}
+
+/// A leg of a robot that stands would give way. Nobody gives HORMONE, which starts anew, a target.
+#[test]
+fn joints_of_a_module_that_was_reset_while_it_stood_bear_a_load_where_they_are() {
+    let robot = "shape = 'chain'\nmodules = 2\n\
+        [[event]]\nat = 2\ncommand = [0xd0, 1, 255]\nto = '0.Up'\n";
+    let Scenario { wiring, timeline, .. } = Scenario::from_toml(robot).expect("it is right");
+    let engine = Engine::new(RobotBuilder::wired(firmware(), &wiring).build().expect("it can be built"), 1);
+    let mut run = Run::new(engine, timeline, SECOND);
+    while run.step(4 * SECOND).expect("the events can happen") {}
+    let mut engine = run.robot;
+    let wait = |engine: &mut Engine, cycles| engine.run_until(engine.cycle() + cycles);
+    for mcus in [Mcus::Master, Mcus::Slave, Mcus::Both] {
+        engine.change(&Change::Reset { module: 1, mcus }).expect("there are two modules");
+        wait(&mut engine, SECOND / 2);
+        let at = |engine: &Engine, axis| {
+            engine.robot().module(1).expect("there are two").body().joint(axis).degrees()
+        };
+        let before = Axis::ALL.map(|axis| at(&engine, axis));
+        let body = engine.robot_mut().module_mut(1).expect("there are two").body_mut();
+        for (axis, degrees) in Axis::ALL.into_iter().zip(before) {
+            *body.joint_mut(axis) = Joint::at(degrees - 8.0);
+        }
+        wait(&mut engine, SECOND);
+        for (axis, degrees) in Axis::ALL.into_iter().zip(before) {
+            let now = at(&engine, axis);
+            assert!((now - degrees).abs() <= 0.3, "{mcus:?}: {axis:?} was at {degrees}, and is at {now}");
+        }
+    }
 }
