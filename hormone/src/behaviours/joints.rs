@@ -34,7 +34,7 @@ impl Joints {
 
     /// Takes in the state of a joint. One that is off has forgotten its target: its MCU was reset, or another
     /// task relaxed it. It is told again at once, for a robot that stands may have no other target for it.
-    /// After a reset of the whole module none is known: then the joint is to stay where it is.
+    /// HORMONE knows no target if the master was reset, too: then the joint is to stay where it is.
     pub fn hear(&mut self, now: u16, axis: Axis, state: State) {
         let index = usize::from(axis.index());
         let awaits_retry = self.failed.contains(&true);

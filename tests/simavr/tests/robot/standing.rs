@@ -10,15 +10,21 @@ use tasks::motor::Axis;
 
 const SECOND: u64 = 1000 * MILLISECOND;
 
+/// The run of a robot file after so many seconds.
+fn after(seconds: u64, robot: &str) -> Run<Engine> {
+    let Scenario { wiring, timeline, .. } = Scenario::from_toml(robot).expect("it is right");
+    let engine = Engine::new(RobotBuilder::wired(firmware(), &wiring).build().expect("it can be built"), 2);
+    let mut run = Run::new(engine, timeline, SECOND);
+    while run.step(seconds * SECOND).expect("the events can happen") {}
+    run
+}
+
 #[test]
 fn a_robot_that_stands_for_a_minute_loses_nobody_and_walks_on() {
     let robot = "shape = 'chain'\nmodules = 2\n\
         [[event]]\nat = 2\ncommand = [0xd0, 1, 255]\nto = '0.Up'\n\
         [[event]]\nat = 72\ncommand = [0xd2, 2, 255]\nto = '0.Up'\n";
-    let Scenario { wiring, timeline, .. } = Scenario::from_toml(robot).expect("it is right");
-    let engine = Engine::new(RobotBuilder::wired(firmware(), &wiring).build().expect("it can be built"), 2);
-    let mut run = Run::new(engine, timeline, SECOND);
-    while run.step(80 * SECOND).expect("the events can happen") {}
+    let run = after(80, robot);
     assert_eq!(run.observer.discovery.lapses, 0);
     let actions = [0, 1].map(|module| run.robot.status(module).map(|status| status.action));
     assert_eq!(actions, [Some(hormone::action::Action::Wave); 2]);
@@ -30,26 +36,18 @@ fn a_robot_that_stands_for_a_minute_loses_nobody_and_walks_on() {
 fn joints_of_a_module_that_was_reset_while_it_stood_bear_a_load_where_they_are() {
     let robot = "shape = 'chain'\nmodules = 2\n\
         [[event]]\nat = 2\ncommand = [0xd0, 1, 255]\nto = '0.Up'\n";
-    let Scenario { wiring, timeline, .. } = Scenario::from_toml(robot).expect("it is right");
-    let engine = Engine::new(RobotBuilder::wired(firmware(), &wiring).build().expect("it can be built"), 1);
-    let mut run = Run::new(engine, timeline, SECOND);
-    while run.step(4 * SECOND).expect("the events can happen") {}
-    let mut engine = run.robot;
-    let wait = |engine: &mut Engine, cycles| engine.run_until(engine.cycle() + cycles);
+    let mut engine = after(4, robot).robot;
+    let angles = |engine: &Engine| engine.robot().module(1).expect("there are two").body().angles();
     for mcus in [Mcus::Master, Mcus::Slave, Mcus::Both] {
         engine.change(&Change::Reset { module: 1, mcus }).expect("there are two modules");
-        wait(&mut engine, SECOND / 2);
-        let at = |engine: &Engine, axis| {
-            engine.robot().module(1).expect("there are two").body().joint(axis).degrees()
-        };
-        let before = Axis::ALL.map(|axis| at(&engine, axis));
+        engine.run_until(engine.cycle() + SECOND / 2);
+        let before = angles(&engine);
         let body = engine.robot_mut().module_mut(1).expect("there are two").body_mut();
         for (axis, degrees) in Axis::ALL.into_iter().zip(before) {
             *body.joint_mut(axis) = Joint::at(degrees - 8.0);
         }
-        wait(&mut engine, SECOND);
-        for (axis, degrees) in Axis::ALL.into_iter().zip(before) {
-            let now = at(&engine, axis);
+        engine.run_until(engine.cycle() + SECOND);
+        for ((axis, degrees), now) in Axis::ALL.into_iter().zip(before).zip(angles(&engine)) {
             assert!((now - degrees).abs() <= 0.3, "{mcus:?}: {axis:?} was at {degrees}, and is at {now}");
         }
     }
