@@ -110,7 +110,7 @@ pub struct Joint {
     pid: Pid,
     /// The most drive with which the current stays below its limit.
     ceiling: i16,
-    /// The last good reading's position; `None` before the first.
+    /// The last good reading's position; `None` before the first, and once the potentiometer gives none.
     position: Option<Position>,
     bad_readings: u8,
     /// Counts periods, for the reviews.
@@ -196,7 +196,7 @@ impl Joint {
         self.state
     }
 
-    /// Where the joint is; `None` before the first good reading.
+    /// Where the joint is, as far as its potentiometer tells.
     pub fn position(&self) -> Option<Position> {
         self.position
     }
@@ -238,8 +238,11 @@ impl Joint {
     pub fn step(&mut self, reading: Reading) -> i16 {
         let Some(position) = self.plausible(reading.potentiometer) else {
             self.bad_readings = self.bad_readings.saturating_add(1);
-            if self.bad_readings >= BAD_READINGS && self.is_driven() {
-                self.state = State::BrokenPotentiometer;
+            if self.bad_readings >= BAD_READINGS {
+                self.position = None;
+                if self.is_driven() {
+                    self.state = State::BrokenPotentiometer;
+                }
             }
             return 0;
         };

@@ -28,9 +28,21 @@ fn a_reading_too_far_off_for_one_period_is_none_of_the_joint() {
     for bad in 1..=BAD_READINGS {
         assert_eq!(joint.state(), State::Moving);
         assert_eq!(joint.step(reading(21)), 0, "{bad}");
-        assert_eq!(joint.position(), Some(493));
+        assert_eq!(joint.position(), (bad < BAD_READINGS).then_some(493));
     }
     assert_eq!(joint.state(), State::BrokenPotentiometer);
+}
+
+/// Its MCU's other joint is controlled meanwhile. Told to turn by an angle, it would count from there.
+#[test]
+fn a_joint_that_is_off_and_can_not_be_measured_any_more_is_not_where_it_was() {
+    let mut joint = Joint::new(JOINT);
+    joint.step(reading(0));
+    for _ in 0..BAD_READINGS {
+        assert_eq!(joint.position(), POTENTIOMETER.position(512));
+        joint.step(Reading { potentiometer: 0, current: 0 });
+    }
+    assert_eq!((joint.position(), joint.state()), (None, State::Off));
 }
 
 #[test]
