@@ -102,7 +102,7 @@ mod stack {
     pub static SEND_USART1: Stack<208> = Stack::new();
     pub static SEND_SOFT_UART: Stack<208> = Stack::new();
     pub static MOTORS: Stack<199> = Stack::new();
-    pub static DEVICES: Stack<277> = Stack::new();
+    pub static DEVICES: Stack<286> = Stack::new();
     pub static BRIDGE: Stack<159> = Stack::new();
     pub static AC_RECEIVE: Stack<132> = Stack::new();
     pub static AC_SEND: Stack<114> = Stack::new();

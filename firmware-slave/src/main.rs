@@ -77,7 +77,7 @@ mod stack {
     pub static SEND_USART1: Stack<208> = Stack::new();
     pub static SEND_SOFT_UART: Stack<208> = Stack::new();
     pub static MOTORS: Stack<162> = Stack::new();
-    pub static DEVICES: Stack<310> = Stack::new();
+    pub static DEVICES: Stack<318> = Stack::new();
     pub static BRIDGE: Stack<159> = Stack::new();
     pub static CONSOLE: Stack<615> = Stack::new();
     pub static INSPECTOR: Stack<80> = Stack::new();

@@ -26,9 +26,11 @@ const LIGHTS_UP: u8 = 20 / PERIOD_MS as u8;
 struct Devices {
     dock: Dock,
     motor: DockingMotor,
+    /// The task that asked for the latch last.
+    latch_client: TaskCode,
     switch: Switch,
-    /// The task that asked last.
-    client: TaskCode,
+    /// The task that asked for the switch last.
+    switch_client: TaskCode,
 }
 
 /// A search for a neighbour's dock.
@@ -56,8 +58,9 @@ impl Docks {
         let devices = |dock| Devices {
             dock,
             motor: DockingMotor::new(),
+            latch_client: TaskCode::HORMONE,
             switch: Switch::Open,
-            client: TaskCode::HORMONE,
+            switch_client: TaskCode::HORMONE,
         };
         Docks { docks: docks.map(devices), search: None, has_turned: false, allowance: Allowance::ALL }
     }
@@ -90,7 +93,7 @@ impl Docks {
         }
         match self.devices(dock) {
             Some(devices) if may => {
-                devices.client = client;
+                devices.latch_client = client;
                 devices.motor.move_to(end);
             }
             _ => refuse(dock, client, around),
@@ -108,7 +111,7 @@ impl Docks {
         let (true, true, Some(devices)) = (is_known, may, self.devices(dock)) else {
             return refuse(dock, client, around);
         };
-        devices.client = client;
+        devices.latch_client = client;
         if devices.motor.is_running() || self.search.is_some() {
             return;
         }
@@ -149,7 +152,7 @@ impl Docks {
     pub fn set_power(&mut self, dock: Dock, is_on: bool, client: TaskCode, around: &mut impl Surroundings) {
         let is_allowed = self.allowance.neighbours();
         let Some(devices) = self.devices(dock) else { return };
-        devices.client = client;
+        devices.switch_client = client;
         if is_on {
             devices.switch.close(is_allowed);
         } else {
@@ -157,7 +160,7 @@ impl Docks {
         }
         around.set_power(dock, devices.switch.is_closed());
         if devices.switch == Switch::Shed {
-            devices.tell_switch(client, around);
+            devices.tell_switch(around);
         }
     }
 
@@ -167,7 +170,7 @@ impl Docks {
         for (place, devices) in (0..).zip(&mut self.docks) {
             if tripped >> place & 1 != 0 && devices.switch.trip() {
                 around.set_power(devices.dock, false);
-                devices.tell_switch(TaskCode::HORMONE, around);
+                devices.tell_switch(around);
             }
         }
     }
@@ -178,7 +181,7 @@ impl Docks {
         for devices in &mut self.docks {
             if devices.switch.allow(allowance.neighbours()) {
                 around.set_power(devices.dock, devices.switch.is_closed());
-                devices.tell_switch(TaskCode::HORMONE, around);
+                devices.tell_switch(around);
             }
             if !allowance.docking() && devices.motor.is_running() {
                 devices.motor.stop();
@@ -286,17 +289,17 @@ impl Devices {
     }
 
     fn tell(&self, latch: latch::State, around: &mut impl Surroundings) {
-        around.report(TaskCode::dock(self.dock), self.client, Report::Latch(self.dock, latch));
+        around.report(TaskCode::dock(self.dock), self.latch_client, Report::Latch(self.dock, latch));
     }
 
     /// Reports that a search came to nothing.
     fn tell_lost(&self, around: &mut impl Surroundings) {
-        around.report(TaskCode::dock(self.dock), self.client, Report::Lost(self.dock));
+        around.report(TaskCode::dock(self.dock), self.latch_client, Report::Lost(self.dock));
     }
 
-    fn tell_switch(&self, client: TaskCode, around: &mut impl Surroundings) {
+    fn tell_switch(&self, around: &mut impl Surroundings) {
         let report = Report::Switch(self.dock, self.switch);
-        around.report(TaskCode::dock(self.dock), client, report);
+        around.report(TaskCode::dock(self.dock), self.switch_client, report);
     }
 }
 

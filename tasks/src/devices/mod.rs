@@ -163,8 +163,12 @@ impl<const N: usize> Devices<N> {
     fn serve<S: Surroundings>(&mut self, request: Request, client: TaskCode, around: &mut S) {
         match request {
             Request::Read(sensor) => self.sensors.read(sensor, client, around),
-            Request::Turn { axis, angle, speed } => self.turn(axis, angle, speed, client, around),
-            Request::TurnBy { axis, by, speed } => self.turn_by(axis, by, speed, around),
+            Request::Turn { axis, angle, speed } => {
+                self.turn(axis, Order::Turn { angle, speed }, client, around);
+            }
+            Request::TurnBy { axis, by, speed } => {
+                self.turn(axis, Order::TurnBy { by, speed }, client, around);
+            }
             Request::Relax(axis) => {
                 if let Some(index) = self.joint(axis) {
                     around.order(index, Order::Relax);
@@ -176,7 +180,7 @@ impl<const N: usize> Devices<N> {
             Request::Power { dock, is_on } => self.docks.set_power(dock, is_on, client, around),
             Request::Charge { is_on } => {
                 if S::HALF.has_battery {
-                    self.supply.charge(is_on, around);
+                    self.supply.charge(is_on, client, around);
                     self.allow(self.supply.allowance(), around);
                 }
             }
@@ -206,27 +210,27 @@ impl<const N: usize> Devices<N> {
         self.joints.iter().position(|joint| joint.axis == axis)
     }
 
-    fn turn(&mut self, axis: Axis, angle: i16, speed: u8, client: TaskCode, around: &mut impl Surroundings) {
+    /// Turns a joint. A behaviour that asks for it is told what becomes of it. A dock of the other MCU asks for
+    /// a search: the behaviour that asked last still is told, but not that the joint stalls against what it is
+    /// to move.
+    fn turn(&mut self, axis: Axis, order: Order, client: TaskCode, around: &mut impl Surroundings) {
         let device = TaskCode::joint(axis);
+        let is_search = !client.is_behaviour();
         let Some(index) = self.joint(axis).filter(|_| self.allowance.joints()) else {
-            around.report(device, client, Report::Refused(device));
+            if !is_search {
+                around.report(device, client, Report::Refused(device));
+            }
             return;
         };
         self.note_search();
         if let Some(joint) = self.joints.get_mut(index) {
-            *joint = Client { client, ..Client::of(axis) };
+            if is_search {
+                joint.is_searching = true;
+            } else {
+                *joint = Client { client, ..Client::of(axis) };
+            }
         }
-        around.order(index, Order::Turn { angle, speed });
-    }
-
-    /// Turns a joint for a search. The task that asked for the joint's last turn still is told what becomes
-    /// of it, but not that it stalls against what it is to move.
-    fn turn_by(&mut self, axis: Axis, by: i16, speed: u8, around: &mut impl Surroundings) {
-        let Some(index) = self.joint(axis).filter(|_| self.allowance.joints()) else { return };
-        if let Some(joint) = self.joints.get_mut(index) {
-            joint.is_searching = true;
-        }
-        around.order(index, Order::TurnBy { by, speed });
+        around.order(index, order);
     }
 
     /// A joint that a search here has turned counts like one that a search on the other MCU has turned.

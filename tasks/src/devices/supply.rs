@@ -17,6 +17,8 @@ const REMINDER: u8 = 64;
 pub struct Supply {
     battery: Battery,
     charger: Charger,
+    /// The task that asked for the charger last.
+    client: TaskCode,
     /// What was allowed at the last look or order; `None` before the first look after a reset.
     allowed: Option<Allowance>,
     /// Looks since the other MCU was told.
@@ -29,7 +31,8 @@ pub struct Supply {
 impl Supply {
     /// A full battery, until it is seen.
     pub const fn new() -> Self {
-        Supply { battery: Battery::new(), charger: Charger::new(), allowed: None, silent: 0, beyond: 0 }
+        let (battery, charger) = (Battery::new(), Charger::new());
+        Supply { battery, charger, client: TaskCode::HORMONE, allowed: None, silent: 0, beyond: 0 }
     }
 
     /// What may be switched on.
@@ -66,8 +69,8 @@ impl Supply {
         }
     }
 
-    /// Looks at the battery, and tells HORMONE and the other MCU what has changed. Returns what may be
-    /// switched on, if that has changed.
+    /// Looks at the battery, and tells HORMONE and the other MCU what has changed, and of the charger the task
+    /// that asked for it. Returns what may be switched on, if that has changed.
     pub fn look(&mut self, around: &mut impl Surroundings) -> Option<Allowance> {
         let voltage = around.seen(Quantity::Sensor(Sensor::BatteryVoltage))?.max(0) as u16;
         let temperature = around.seen(Quantity::Sensor(Sensor::BatteryTemperature))?;
@@ -88,7 +91,7 @@ impl Supply {
         }
         if let Some(state) = charger {
             around.set_charger(self.charger.is_on());
-            around.report(TaskCode::POWER, TaskCode::HORMONE, Report::Charger(state));
+            around.report(TaskCode::POWER, self.client, Report::Charger(state));
         }
         let level = self.battery.level();
         if level != before {
@@ -98,7 +101,8 @@ impl Supply {
     }
 
     /// Begins to charge, or stops that, and tells the other MCU.
-    pub fn charge(&mut self, is_on: bool, around: &mut impl Surroundings) {
+    pub fn charge(&mut self, is_on: bool, client: TaskCode, around: &mut impl Surroundings) {
+        self.client = client;
         if is_on {
             self.charger.start();
             self.measure_currents(around);

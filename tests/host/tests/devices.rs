@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 
 use kernel::{Interrupt, Priority, Semaphore, Stack, Task, TaskHandle, Ticks, host};
 use plants::dock::{Latch, reflected};
-use plants::joint::{Joint as Plant, counts};
+use plants::joint::{Joint as Plant, PotentiometerFault, counts};
 use tasks::device::{JointMotors, Peripherals, Quantity};
 use tasks::devices::memory::{Cells, Memory, Record};
 use tasks::devices::task::{self as devices, Desk};
@@ -524,7 +524,7 @@ fn one_latch_moves_at_a_time_and_tells_when_it_is_there() {
         client.ask(Request::Power { dock: Dock::Back, is_on: true });
         assert_eq!(client.within(1_990), []);
         let failed = Told::Report(Report::Latch(Dock::Back, LatchState::Failed(Failure::TimedOut)));
-        assert_eq!(client.within(30), [(HORMONE, failed)], "which asked the dock last");
+        assert_eq!(client.within(30), [(TaskCode::AC_RECEIVE, failed)], "which asked for the latch last");
     });
 }
 
@@ -677,6 +677,26 @@ fn a_joint_that_a_search_has_push_against_the_other_dock_tells_nobody() {
         // A turn that a task asks for is reported.
         client.ask(Request::Turn { axis: Axis::Back, angle: 0, speed: 30 });
         assert_eq!(client.reports(2_000), [Report::Joint(Axis::Back, State::Stalled)]);
+    });
+}
+
+/// HORMONE has a joint stay where it is in this way, and tells one that has failed again.
+#[test]
+fn a_joint_that_a_behaviour_turns_by_an_angle_is_reported_to_it() {
+    run::<true>(|client| {
+        let turn = Request::TurnBy { axis: Axis::Back, by: -150, speed: 30 };
+        client.within(10);
+        client.turn(100);
+        client.world().joint.surroundings.is_blocked = true;
+        for _ in 0..2 {
+            client.ask(turn);
+            assert_eq!(client.reports(2_000), [Report::Joint(Axis::Back, State::Stalled)]);
+        }
+        client.world().joint.set_fault(Some(PotentiometerFault::Open));
+        for _ in 0..2 {
+            client.ask(turn);
+            assert_eq!(client.reports(500), [Report::Joint(Axis::Back, State::BrokenPotentiometer)]);
+        }
     });
 }
 
@@ -855,11 +875,14 @@ fn switches_close_open_trip_and_are_told_of() {
         client.world().tripped = 0b111;
         assert_eq!(client.reports(60), [Report::Switch(Dock::Up, Switch::Tripped)]);
         assert_eq!(client.world().powered, [false; 3]);
-        client.ask(Request::Power { dock: Dock::Up, is_on: true });
+        client.ask_for(TaskCode::AC_RECEIVE, Request::Power { dock: Dock::Up, is_on: true });
         client.within(10);
         client.world().tripped = 0b101;
-        assert_eq!(client.reports(60), []);
+        assert_eq!(client.within(60), []);
         assert_eq!(client.world().powered, [false, true, false]);
+        client.world().tripped = 0b010;
+        let tripped = Told::Report(Report::Switch(Dock::Up, Switch::Tripped));
+        assert_eq!(client.within(60), [(TaskCode::AC_RECEIVE, tripped)], "which asked for the switch last");
     });
 }
 
@@ -874,12 +897,12 @@ fn an_emptying_battery_sheds_one_load_after_the_other_and_takes_them_up_again() 
         client.within(10);
         assert_eq!(client.within(300), [allow(Level::Good, false)], "the other MCU may know another");
         client.turn(0);
-        client.ask(Request::Power { dock: Dock::Up, is_on: true });
+        client.ask_for(TaskCode::AC_RECEIVE, Request::Power { dock: Dock::Up, is_on: true });
         assert_eq!(client.within(600), [], "a good battery is no news");
 
         let told = client.drain(6_900);
         let battery = |level| (HORMONE, Told::Report(Report::Battery(level)));
-        let switch = |switch| (HORMONE, Told::Report(Report::Switch(Dock::Up, switch)));
+        let switch = |switch| (TaskCode::AC_RECEIVE, Told::Report(Report::Switch(Dock::Up, switch)));
         assert_eq!(told[..3], [allow(Level::Low, false), battery(Level::Low), switch(Switch::Shed)]);
         assert!(told[3..].iter().all(|told| *told == allow(Level::Low, false)), "{told:?}");
         assert!(!told[3..].is_empty(), "the other MCU may have been reset: it is told again");
@@ -909,8 +932,12 @@ fn an_emptying_battery_sheds_one_load_after_the_other_and_takes_them_up_again() 
         let off = (HORMONE, Told::Report(Report::Joint(Axis::Back, State::Off)));
         assert!(told.contains(&off), "{told:?}");
         assert_eq!(client.world().drive, 0);
-        client.ask(Request::Turn { axis: Axis::Back, angle: 0, speed: 90 });
-        assert_eq!(client.reports(10), [Report::Refused(TaskCode::joint(Axis::Back))]);
+        let axis = Axis::Back;
+        for turn in [Request::Turn { axis, angle: 0, speed: 90 }, Request::TurnBy { axis, by: 90, speed: 90 }]
+        {
+            client.ask(turn);
+            assert_eq!(client.reports(10), [Report::Refused(TaskCode::joint(axis))]);
+        }
 
         let told: Vec<_> = (0..5).flat_map(|_| client.drain(7_400)).collect();
         for level in [Level::VeryLow, Level::Low, Level::Good] {
@@ -1023,6 +1050,12 @@ fn the_charger_counts_what_comes_in_at_the_docks_of_both_mcus() {
         client.ask(Request::Charge { is_on: false });
         assert_eq!(client.within(10), [allow(Level::Good, false)]);
         assert!(!client.world().charger);
+
+        client.world().battery_temperature = 500;
+        client.ask_for(TaskCode::AC_RECEIVE, Request::Charge { is_on: true });
+        let paused = (TaskCode::AC_RECEIVE, Told::Report(Report::Charger(charger::State::Paused)));
+        let told = client.within(600);
+        assert!(told.contains(&paused), "which asked for the charger last: {told:?}");
     });
 }
 
