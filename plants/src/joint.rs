@@ -10,7 +10,7 @@ pub const POTENTIOMETER_TRAVEL: f64 = 300.8;
 pub const CURRENT_VOLTS_PER_AMPERE: f64 = 1.0;
 
 /// Full scale of the converter, in V.
-const REFERENCE_VOLTS: f64 = 5.0;
+pub const REFERENCE_VOLTS: f64 = 5.0;
 
 /// A fault of a potentiometer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -104,7 +104,7 @@ impl BodyPins {
                 let amperes = if is_closed { body.dock_amperes[index] } else { 0.0 };
                 mcu.set_analog(|analog| {
                     analog.pins[4 + place] = 2.5 + 0.5 * amperes;
-                    analog.multiplexed[place] = (f64::from(body.reflected(dock)) + 0.5) / 1024.0 * 5.0;
+                    analog.multiplexed[place] = body.light_volts(dock);
                 });
                 let latch = body.latch(dock);
                 let pressed = [latch.is_released(), latch.is_latched()];

@@ -179,8 +179,11 @@ impl Module {
         &mut self.body
     }
 
-    /// Shows the MCUs the state of the body, before either of them has run.
+    /// Shows the MCUs the state of the body, before either of them has run, with the noise of its converters.
     pub(crate) fn show_body(&mut self) {
+        for mcu in &mut self.mcus {
+            mcu.set_analog(|analog| analog.noise = self.body.noise());
+        }
         self.pins.show(&self.body, &mut self.mcus);
     }
 

@@ -2,7 +2,8 @@
 
 use plants::geometry;
 use simulation::{
-    Body, Change, Environment, Face, Facing, Motion, PUSH_MILLISECONDS, Placing, Terrain, Wiring, fnv_1a,
+    Body, Change, Environment, Face, Facing, Motion, Noise, PUSH_MILLISECONDS, Placing, Terrain, Wiring,
+    fnv_1a,
 };
 use world::assumed::ACCELEROMETER_HZ;
 use world::{Ground, Make, Placed, STEP_SECONDS, Trouble, World, WorldError};
@@ -83,8 +84,8 @@ impl Physics {
 
 impl Environment for Physics {
     fn enter(&mut self, module: usize, body: &mut Body) {
-        let Make { motor, zeros, .. } = self.makes[module];
-        body.equip(motor, zeros);
+        let Make { motor, zeros, noise, noise_seed, .. } = self.makes[module];
+        body.equip(motor, zeros, Noise::new(noise, noise_seed));
         self.exchange(module, body);
     }
 

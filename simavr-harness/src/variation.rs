@@ -25,10 +25,12 @@ pub enum Assumption {
     GearInertia,
     /// The angles at which the potentiometers of its joints sit on their shafts, in percent of their travel.
     Potentiometer,
+    /// The readings of its converters, each for itself, in percent of full scale.
+    Converter,
 }
 
 impl Assumption {
-    pub const ALL: [Self; 7] = [
+    pub const ALL: [Self; 8] = [
         Self::Mass,
         Self::Friction,
         Self::Torque,
@@ -36,6 +38,7 @@ impl Assumption {
         Self::GearFriction,
         Self::GearInertia,
         Self::Potentiometer,
+        Self::Converter,
     ];
 
     pub fn name(self) -> &'static str {
@@ -47,6 +50,7 @@ impl Assumption {
             Self::GearFriction => "gear-friction",
             Self::GearInertia => "gear-inertia",
             Self::Potentiometer => "potentiometer",
+            Self::Converter => "converter",
         }
     }
 
@@ -61,6 +65,7 @@ impl Assumption {
             Self::GearFriction => make.motor.sliding_friction *= 1.0 + drawn(),
             Self::GearInertia => make.motor.gear_inertia *= 1.0 + drawn(),
             Self::Potentiometer => make.zeros = [(); 3].map(|()| drawn() * POTENTIOMETER_TRAVEL),
+            Self::Converter => (make.noise, make.noise_seed) = (part, random.next_u64()),
         }
     }
 }
@@ -80,7 +85,7 @@ pub enum VariationError {
     Form,
     #[error(
         "there is no such assumption: give one of mass, friction, torque, current, \
-         gear-friction, gear-inertia, potentiometer"
+         gear-friction, gear-inertia, potentiometer, converter"
     )]
     Name,
     #[error("give a variation from 0% to 90%")]
@@ -139,7 +144,7 @@ mod tests {
         makes
     }
 
-    /// The values of all assumptions but the last, as multiples of what they are without variation.
+    /// The values of all assumptions but the last two, as multiples of what they are without variation.
     fn multiples(make: &Make) -> [f64; 6] {
         let values = |Make { mass, grip, motor, .. }: &Make| {
             let Motor { stall_torque, stall_current, sliding_friction, gear_inertia, .. } = *motor;
@@ -171,7 +176,7 @@ mod tests {
                     let mean = values.sum::<f64>() / varied.len() as f64;
                     assert!((mean - 1.0).abs() < (to - from) / 8.0 + 1e-9, "{assumption:?} {text}: {mean}");
                 }
-                assert!(varied.iter().all(|make| make.zeros == [0.0; 3]));
+                assert!(varied.iter().all(|make| make.zeros == [0.0; 3] && make.noise == 0.0));
             }
         }
     }
@@ -182,6 +187,13 @@ mod tests {
         let most = zeros.iter().map(|zero| zero.abs()).fold(0.0, f64::max);
         assert!((2.8..=3.008).contains(&most), "{most} degrees");
         assert!(zeros.windows(2).all(|pair| pair[0] != pair[1]));
+    }
+
+    #[test]
+    fn readings_are_noisy_alike_in_all_modules_and_each_for_itself() {
+        let makes = varied(&["converter=0.4%"], 1);
+        assert!(makes.iter().all(|make| make.noise == 0.004));
+        assert!(makes.windows(2).all(|pair| pair[0].noise_seed != pair[1].noise_seed));
     }
 
     #[test]
@@ -200,6 +212,7 @@ mod tests {
             for (one, together) in varied(&[text], 7).iter().zip(&together) {
                 let same = match index {
                     6 => one.zeros == together.zeros,
+                    7 => (one.noise, one.noise_seed) == (together.noise, together.noise_seed),
                     _ => multiples(one)[index] == multiples(together)[index],
                 };
                 assert!(same, "{text}: {one:?} and {together:?}");
@@ -214,6 +227,7 @@ mod tests {
             ("gear-inertia=0.5%", "gear-inertia 0.5 %"),
             ("torque=-0%", "torque 0 %"),
             ("potentiometer=90%", "potentiometer 90 %"),
+            ("converter=0.2%", "converter 0.2 %"),
         ] {
             assert_eq!(text.parse::<Variation>().map(|variation| variation.to_string()), Ok(told.into()));
         }

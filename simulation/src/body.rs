@@ -2,7 +2,7 @@
 
 use plants::battery::{Battery, IDLE_AMPERES};
 use plants::dock::Latch;
-use plants::joint::{Joint, counts};
+use plants::joint::{Joint, REFERENCE_VOLTS, counts};
 use plants::motor::Motor;
 use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
@@ -10,6 +10,7 @@ use tasks::motor::Axis;
 use tasks::motor::joint::Reading;
 use tasks::superbot::{MASTER, SLAVE};
 
+use crate::noise::Noise;
 use crate::pose::Angles;
 
 /// Steps of a joint's equations in one step of the body, if no world moves it.
@@ -41,6 +42,8 @@ pub struct Body {
     /// What the accelerometer reads along x, y and z of the half with the Front dock, in multiples of the
     /// acceleration of gravity.
     pub acceleration: [f64; 3],
+    /// That of the converters that measure it.
+    noise: Noise,
 }
 
 /// The drives that the MCUs give to motors and switches.
@@ -77,6 +80,7 @@ impl Default for Body {
             battery: Battery::at_power_up(),
             celsius: [25.0; 2],
             acceleration: [0.0, 0.0, 1.0],
+            noise: Noise::default(),
         }
     }
 }
@@ -103,8 +107,10 @@ impl Body {
         self.joints.each_ref().map(Joint::degrees)
     }
 
-    /// Gives all joints this motor, and potentiometers that sit turned on their shafts by so many degrees.
-    pub fn equip(&mut self, motor: Motor, zeros: [f64; 3]) {
+    /// Gives all joints this motor, and potentiometers that sit turned on their shafts by so many degrees; and
+    /// the converters that measure it so much noise.
+    pub fn equip(&mut self, motor: Motor, zeros: [f64; 3], noise: Noise) {
+        self.noise = noise;
         for (joint, zero) in self.joints.iter_mut().zip(zeros) {
             joint.motor = motor;
             joint.zero = zero;
@@ -134,10 +140,20 @@ impl Body {
         self.acceleration = acceleration;
     }
 
+    /// As much noise as its converters have, for one of them.
+    pub fn noise(&mut self) -> Noise {
+        self.noise.another()
+    }
+
     /// The converter's readings of a joint.
-    pub fn reading(&self, axis: Axis) -> Reading {
+    pub fn reading(&mut self, axis: Axis) -> Reading {
         let joint = self.joint(axis);
-        Reading { potentiometer: counts(joint.potentiometer_volts()), current: counts(joint.current_volts()) }
+        let (potentiometer, current) = (joint.potentiometer_volts(), joint.current_volts());
+        Reading { potentiometer: self.read(potentiometer), current: self.read(current) }
+    }
+
+    fn read(&mut self, volts: f64) -> u16 {
+        counts(volts + self.noise.draw() * REFERENCE_VOLTS)
     }
 
     /// Sets how much of a dock's light other docks of the robot reflect, in counts of the converter.
@@ -149,6 +165,16 @@ impl Body {
     pub fn reflected(&self, dock: Dock) -> u16 {
         let index = usize::from(dock.index());
         self.proximity[index].max(self.reflected[index])
+    }
+
+    /// The same as the voltage at its converter.
+    pub fn light_volts(&self, dock: Dock) -> f64 {
+        (f64::from(self.reflected(dock)) + 0.5) / 1024.0 * REFERENCE_VOLTS
+    }
+
+    /// The same as its converter reads it.
+    pub fn light_reading(&mut self, dock: Dock) -> u16 {
+        self.read(self.light_volts(dock))
     }
 
     /// Whether a latch has come to an end by its own motor since they were last taken.

@@ -45,10 +45,15 @@ pub struct Make {
     /// The angles by which the potentiometers of its joints are turned on their shafts, in degrees. The world
     /// does not use them.
     pub zeros: [f64; 3],
+    /// By how much readings of its converters may be off, up or down, as a share of full scale, and the seed
+    /// that decides on each of them. The world does not use them.
+    pub noise: f64,
+    pub noise_seed: u64,
 }
 
 impl Default for Make {
     fn default() -> Self {
-        Make { mass: MODULE_MASS, grip: 1.0, motor: Motor::default(), zeros: [0.0; 3] }
+        let motor = Motor::default();
+        Make { mass: MODULE_MASS, grip: 1.0, motor, zeros: [0.0; 3], noise: 0.0, noise_seed: 0 }
     }
 }

@@ -629,6 +629,9 @@ fn the_native_engine_has_a_world_where_it_is_asked_for() {
     assert!(report["distance_m"].is_number() && report["charge_percent_max"].is_number(), "{report:#}");
     assert_eq!(report["trouble"], Value::Null);
     assert_eq!(report["state_hash"], json(&run(&chain))["state_hash"]);
+    let [noisy, again] = [(); 2].map(|()| json(&run(&[&chain[..], &["--vary", "converter=0.4%"]].concat())));
+    assert_ne!(report["state_hash"], noisy["state_hash"]);
+    assert_eq!(noisy["state_hash"], again["state_hash"]);
     let many = ["sim", "chain", "--modules", "1001", "--engine", "host", "--world", "ground"];
     assert_refused(&run(&many), "up to 1000 modules");
     let varied = ["sim", "chain", "--engine", "host", "--vary", "mass=20%"];

@@ -6,6 +6,8 @@
 //! Simplified: the voltage is sampled as the conversion begins, not 1.5 clocks later; a differential input
 //! settles at once; the first conversion with another reference, which may be wrong on the chip, reads half.
 
+use simulation::Noise;
+
 use crate::cpu::{Cpu, Vector};
 use crate::device::{Attached, Device, make_plain};
 use crate::part::{AdcRegisters, Pin};
@@ -63,13 +65,15 @@ pub struct Multiplexer {
 }
 
 /// The voltages at the analog inputs.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Analog {
     /// At the pins, in V.
     pub pins: [f64; CHANNELS],
     pub multiplexer: Option<Multiplexer>,
     /// At the multiplexer's inputs, in V.
     pub multiplexed: [f64; 8],
+    /// In shares of the reference.
+    pub noise: Noise,
 }
 
 pub(crate) struct Adc {
@@ -99,7 +103,7 @@ pub(crate) fn attach(cpu: Cpu, registers: &'static AdcRegisters) -> Option<Attac
     let adc = Adc {
         registers,
         complete: cpu.vector(registers.complete)?,
-        analog: Analog { pins: [0.0; CHANNELS], multiplexer: None, multiplexed: [0.0; 8] },
+        analog: Analog::default(),
         on_since: None,
         has_converted: false,
         reference: None,
@@ -159,16 +163,17 @@ impl Adc {
 
     /// The voltage at the chosen input, in 1/1024 of the reference, or at a differential one in 1/512,
     /// rounded down.
-    fn convert(&self, cpu: Cpu) -> i16 {
+    fn convert(&mut self, cpu: Cpu) -> i16 {
         let admux = cpu.data(self.registers.admux);
         let reference = if admux & REFS == REFS_INTERNAL { INTERNAL } else { SUPPLY };
         let mux = admux & MUX;
+        let noise = self.analog.noise.draw();
         if let Some((positive, negative, gain)) = differential(mux) {
             let volts = gain * (self.voltage(cpu, positive) - self.voltage(cpu, negative));
-            return (volts / reference * 512.0).floor().clamp(-512.0, 511.0) as i16;
+            return ((volts / reference + noise) * 512.0).floor().clamp(-512.0, 511.0) as i16;
         }
         let volts = if mux == MUX_BANDGAP { BANDGAP } else { self.voltage(cpu, mux.into()) };
-        (volts / reference * 1024.0).clamp(0.0, 1023.0) as i16
+        ((volts / reference + noise) * 1024.0).clamp(0.0, 1023.0) as i16
     }
 
     /// The voltage at a pin; at that of the multiplexer, the voltage of the addressed input.

@@ -20,15 +20,17 @@ pub struct Embodied {
 impl Embodied {
     /// A module at power-up.
     pub fn new() -> Self {
-        let body = Body::default();
-        Embodied { master: Half::new(MASTER_AXES, &body), slave: Half::new(SLAVE_AXES, &body), body }
+        let mut body = Body::default();
+        let master = Half::new(MASTER_AXES, &mut body);
+        let slave = Half::new(SLAVE_AXES, &mut body);
+        Embodied { body, master, slave }
     }
 
     /// Gives a message to the devices of an MCU.
     pub fn receive(&mut self, mcu: Mcu, letter: &Letter) {
         match mcu {
-            Mcu::Master => self.master.receive(&self.body, letter),
-            Mcu::Slave => self.slave.receive(&self.body, letter),
+            Mcu::Master => self.master.receive(&mut self.body, letter),
+            Mcu::Slave => self.slave.receive(&mut self.body, letter),
         }
     }
 
@@ -53,10 +55,10 @@ impl Embodied {
     /// The programs of the MCUs that are reset start over.
     pub fn reset(&mut self, is_reset: impl Fn(Mcu) -> bool) {
         if is_reset(Mcu::Master) {
-            self.master.reset(&self.body);
+            self.master.reset(&mut self.body);
         }
         if is_reset(Mcu::Slave) {
-            self.slave.reset(&self.body);
+            self.slave.reset(&mut self.body);
         }
     }
 }

@@ -55,24 +55,24 @@ struct Panel {
 
 /// The surroundings of the state machines.
 struct Around<'a, const N: usize, const IS_SLAVE: bool> {
-    body: &'a Body,
+    body: &'a mut Body,
     hands: &'a mut Hands<N>,
 }
 
 impl<const N: usize, const IS_SLAVE: bool> Half<N, IS_SLAVE> {
     /// Devices at power-up, which have kept nothing.
-    pub fn new(axes: [Axis; N], body: &Body) -> Self {
+    pub fn new(axes: [Axis; N], body: &mut Body) -> Self {
         Self::keeping(Eeprom::default(), axes, body)
     }
 
     /// The MCU's program starts over.
-    pub fn reset(&mut self, body: &Body) {
+    pub fn reset(&mut self, body: &mut Body) {
         let eeprom = std::mem::take(&mut self.hands.eeprom);
         *self = Self::keeping(eeprom, self.hands.axes, body);
     }
 
     /// Devices at the start of the MCU's program.
-    fn keeping(eeprom: Eeprom, axes: [Axis; N], body: &Body) -> Self {
+    fn keeping(eeprom: Eeprom, axes: [Axis; N], body: &mut Body) -> Self {
         let panel = Panel { order: None, state: State::Off, position: None, drive: 0 };
         let mut hands = Hands {
             axes,
@@ -91,7 +91,7 @@ impl<const N: usize, const IS_SLAVE: bool> Half<N, IS_SLAVE> {
     }
 
     /// Gives a message to the devices.
-    pub fn receive(&mut self, body: &Body, letter: &Letter) {
+    pub fn receive(&mut self, body: &mut Body, letter: &Letter) {
         let mut around = Around::<N, IS_SLAVE> { body, hands: &mut self.hands };
         if let Some(mail) = Mail::of::<Around<N, IS_SLAVE>>(letter) {
             self.devices.receive(self.ticks, mail, &mut around);
@@ -101,7 +101,7 @@ impl<const N: usize, const IS_SLAVE: bool> Half<N, IS_SLAVE> {
 
     /// A millisecond begins: adds to `drives` what motors and switches do in it. What is computed now takes
     /// effect in the next. Returns what the devices tell.
-    pub fn step(&mut self, body: &Body, drives: &mut Drives) -> Vec<Letter> {
+    pub fn step(&mut self, body: &mut Body, drives: &mut Drives) -> Vec<Letter> {
         self.ticks = self.ticks.wrapping_add(1);
         self.hands.add_to(drives);
         let mut around = Around::<N, IS_SLAVE> { body, hands: &mut self.hands };
@@ -200,9 +200,9 @@ impl<const N: usize, const IS_SLAVE: bool> Surroundings for Around<'_, N, IS_SLA
     fn look(&mut self, _: Quantity) {}
 
     fn seen(&mut self, quantity: Quantity) -> Option<i16> {
-        let body = self.body;
+        let body = &mut *self.body;
         let value = match quantity {
-            Quantity::Proximity(dock) => f64::from(body.reflected(dock)),
+            Quantity::Proximity(dock) => f64::from(body.light_reading(dock)),
             Quantity::LatchCurrent => {
                 Self::HALF.docks().into_iter().map(|dock| body.latch(dock).amperes()).sum::<f64>() * 1e3
             }
