@@ -12,12 +12,18 @@ const INTEGRAL_FRACTION: u32 = 6;
 const LARGEST_INTEGRAL: i16 = FULL_DRIVE << INTEGRAL_FRACTION;
 const _: () = assert!(LARGEST_INTEGRAL < i16::MAX - integral(LARGEST_ERROR));
 
-/// The position is smoothed over 2 to this power periods.
-const SMOOTHING: u32 = 3;
+/// The position is smoothed over 2 to this power periods. Fewer would take a larger share below for as much
+/// damping, and so give on more of the converter's noise.
+const SMOOTHING: u32 = 5;
 
-/// The drive for so many units of error, or for a position so many units ahead of its smoothed value: 3/4
-/// each. Found by trial on the assumed plant, as is the integral's share; `tests/host/tests/joint.rs` holds
-/// them to it.
+/// The units of error that a position so many units ahead of its smoothed value counts for: 1/4. Found by
+/// trial on the assumed plant, as are the other shares; `tests/host/tests/joint.rs` holds them to it.
+#[inline(always)]
+const fn derivative(ahead: i16) -> i16 {
+    ahead >> 2
+}
+
+/// The drive for so many units of error: 3/4.
 ///
 /// The AVR's compiler multiplies 16 bits in 22 cycles, and this takes 7.
 #[inline(always)]
@@ -65,7 +71,8 @@ impl Pid {
         let error = difference(setpoint, position);
         let ahead = difference(position, self.smoothed);
         self.smoothed = self.smoothed.wrapping_add(ahead >> SMOOTHING);
-        let sought = proportional(error - ahead) + (self.integral >> INTEGRAL_FRACTION) + feed_forward;
+        let sought =
+            proportional(error - derivative(ahead)) + (self.integral >> INTEGRAL_FRACTION) + feed_forward;
         let drive = sought.min(ceiling).max(-ceiling); // `clamp` panics where the ceiling is below 0
         let winds_up = if error < 0 { sought < drive } else { sought > drive };
         if !winds_up && error.abs() >= tolerance {

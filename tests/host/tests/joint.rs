@@ -1,7 +1,8 @@
 //! A joint on its plant: its step response, the disturbances that it bears, and the faults that stop it.
 
-use plants::joint::{Joint as Plant, PotentiometerFault, Surroundings, counts};
+use plants::joint::{Joint as Plant, PotentiometerFault, REFERENCE_VOLTS, Surroundings, counts};
 use proptest::prelude::*;
+use simulation::Noise;
 use tasks::motor::joint::{Joint, Reading, State};
 use tasks::motor::{FULL_DRIVE, to_angle};
 use tasks::superbot::{JOINT, ROLL};
@@ -15,18 +16,21 @@ struct Rig {
     plant: Plant,
     /// The drive that the joint last asked for.
     drive: i16,
+    /// That of the converter.
+    noise: Noise,
 }
 
 impl Rig {
     fn new(plant: Plant) -> Self {
-        Rig { joint: Joint::new(JOINT), plant, drive: 0 }
+        Rig { joint: Joint::new(JOINT), plant, drive: 0, noise: Noise::default() }
     }
 
     /// Makes a millisecond pass. The drive follows from the readings at its beginning, as on the board.
     fn step(&mut self) {
+        let mut read = |volts| counts(volts + self.noise.draw() * REFERENCE_VOLTS);
         let reading = Reading {
-            potentiometer: counts(self.plant.potentiometer_volts()),
-            current: counts(self.plant.current_volts()),
+            potentiometer: read(self.plant.potentiometer_volts()),
+            current: read(self.plant.current_volts()),
         };
         for _ in 0..STEPS {
             self.plant.step(f64::from(self.drive) / f64::from(FULL_DRIVE), 0.001 / f64::from(STEPS));
@@ -80,6 +84,26 @@ fn a_step_of_30_degrees() {
             let (overshoot, error) = step_response(Plant::at(from), from, to, speed);
             assert!(overshoot <= 5.0 && error <= 0.3, "{from} to {to} at {speed}: {overshoot} %, {error}");
         }
+    }
+}
+
+/// A drive that follows the noise of the converter shakes the joint, and with it the robot's feet.
+#[test]
+fn a_joint_follows_its_converters_noise_little() {
+    for (counts, seed) in (1..=4_u8).zip(1..) {
+        let counts = f64::from(counts);
+        let mut rig = Rig { noise: Noise::new(counts / 1024.0, seed), ..Rig::new(Plant::at(0.0)) };
+        rig.joint.turn_to(300, 60);
+        let overshoot = rig.trace(2_000).into_iter().fold(0.0, f64::max) - 30.0;
+        let (mut squares, mut error) = (0.0, 0.0_f64);
+        for _ in 0..10_000 {
+            rig.step();
+            squares += f64::from(rig.drive).powi(2) / 10_000.0;
+            error = error.max((rig.plant.degrees() - 30.0).abs());
+        }
+        let drive = squares.sqrt() / f64::from(FULL_DRIVE);
+        let is_calm = drive <= 0.03 + 0.06 * counts;
+        assert!(is_calm && overshoot <= 0.6 && error <= 0.3, "{counts}: {drive}, {overshoot}, {error}");
     }
 }
 

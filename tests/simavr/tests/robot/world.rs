@@ -2,7 +2,7 @@
 
 use plants::battery::{CAPACITY, IDLE_AMPERES};
 use plants::motor::STALL_CURRENT;
-use simavr_harness::{Engine, Ground, RobotBuilder};
+use simavr_harness::{Engine, Ground, RobotBuilder, Variation};
 use simulation::{Change, Face, Motion, Robot, Run, Scenario, Shape, Trouble};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 use tasks::dock::Dock;
@@ -11,9 +11,13 @@ use tasks::motor::Axis;
 const SECOND: u64 = 1000 * MILLISECOND;
 
 fn centipede(modules: usize, seed: u64, threads: usize) -> Engine {
+    varied(modules, seed, threads, &[])
+}
+
+fn varied(modules: usize, seed: u64, threads: usize, variations: &[Variation]) -> Engine {
     let wiring = Shape::Centipede.wiring(modules).unwrap();
     let robot = RobotBuilder::wired(firmware(), &wiring).seed(seed).power_up_within(40 * MILLISECOND);
-    Engine::new(robot.on(Ground::default()).build().unwrap(), threads)
+    Engine::new(robot.on(Ground::default()).varied(variations).build().unwrap(), threads)
 }
 
 /// The angles of a module's joints, in degrees.
@@ -184,6 +188,17 @@ fn a_centipede_walks_ahead() {
     // voltage.
     let coulombs = engine.charge_used().unwrap() * CAPACITY;
     assert!(coulombs > 8.0 * 1.2 * IDLE_AMPERES && coulombs < 8.0 * STALL_CURRENT, "{coulombs} C");
+}
+
+/// Joints that followed readings which are off by up to four counts would shake the feet off their places.
+#[test]
+fn with_converters_that_are_noisy_it_walks_nearly_as_far() {
+    let [exact, noisy] = ["converter=0%", "converter=0.4%"].map(|variation| {
+        let mut engine = varied(10, 1, 2, &[variation.parse().unwrap()]);
+        engine.run_until(10 * SECOND);
+        engine.motion().unwrap().distance
+    });
+    assert!(noisy < exact && noisy > 0.91 * exact, "{noisy} m in place of {exact}");
 }
 
 /// A centipede, or a module alone that is told to crawl.
