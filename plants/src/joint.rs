@@ -162,6 +162,11 @@ pub fn counts(volts: f64) -> u16 {
     ((volts / REFERENCE_VOLTS * 1024.0) as u16).min(1023)
 }
 
+/// The voltage in the middle of those with this reading.
+pub fn volts(counts: u16) -> f64 {
+    (f64::from(counts) + 0.5) / 1024.0 * REFERENCE_VOLTS
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -251,6 +256,7 @@ mod tests {
         assert!((is - to_be).abs() < 1e-9, "{is}, not {to_be}");
         assert_eq!(counts(0.0), 0);
         assert_eq!(counts(5.0), 1023);
+        assert!((0..1024).all(|reading| counts(volts(reading)) == reading));
         let mut joint = Joint::at(20.0);
         joint.set_fault(Some(PotentiometerFault::Stuck));
         let stuck = joint.potentiometer_volts();

@@ -2,7 +2,7 @@
 
 use plants::battery::{Battery, IDLE_AMPERES};
 use plants::dock::Latch;
-use plants::joint::{Joint, REFERENCE_VOLTS, counts};
+use plants::joint::{Joint, volts};
 use plants::motor::Motor;
 use tasks::dock::{Dock, DockSet};
 use tasks::docking::latch::End;
@@ -107,8 +107,8 @@ impl Body {
         self.joints.each_ref().map(Joint::degrees)
     }
 
-    /// Gives all joints this motor, and potentiometers that sit turned on their shafts by so many degrees; and
-    /// the converters that measure it so much noise.
+    /// Gives all joints this motor, and potentiometers that sit turned on their shafts by so many degrees;
+    /// and the converters that measure it so much noise.
     pub fn equip(&mut self, motor: Motor, zeros: [f64; 3], noise: Noise) {
         self.noise = noise;
         for (joint, zero) in self.joints.iter_mut().zip(zeros) {
@@ -149,11 +149,7 @@ impl Body {
     pub fn reading(&mut self, axis: Axis) -> Reading {
         let joint = self.joint(axis);
         let (potentiometer, current) = (joint.potentiometer_volts(), joint.current_volts());
-        Reading { potentiometer: self.read(potentiometer), current: self.read(current) }
-    }
-
-    fn read(&mut self, volts: f64) -> u16 {
-        counts(volts + self.noise.draw() * REFERENCE_VOLTS)
+        Reading { potentiometer: self.noise.read(potentiometer), current: self.noise.read(current) }
     }
 
     /// Sets how much of a dock's light other docks of the robot reflect, in counts of the converter.
@@ -169,12 +165,12 @@ impl Body {
 
     /// The same as the voltage at its converter.
     pub fn light_volts(&self, dock: Dock) -> f64 {
-        (f64::from(self.reflected(dock)) + 0.5) / 1024.0 * REFERENCE_VOLTS
+        volts(self.reflected(dock))
     }
 
     /// The same as its converter reads it.
     pub fn light_reading(&mut self, dock: Dock) -> u16 {
-        self.read(self.light_volts(dock))
+        self.noise.read(self.light_volts(dock))
     }
 
     /// Whether a latch has come to an end by its own motor since they were last taken.

@@ -1,5 +1,7 @@
 //! The noise of converters.
 
+use plants::joint::{REFERENCE_VOLTS, counts};
+
 use crate::random::Random;
 
 /// By how much each reading of a converter is off.
@@ -32,6 +34,11 @@ impl Noise {
     /// By how much the next reading is off, as a share of full scale.
     pub fn draw(&mut self) -> f64 {
         self.random.between(-self.most, self.most)
+    }
+
+    /// The converter's next reading, of this voltage.
+    pub fn read(&mut self, volts: f64) -> u16 {
+        counts(volts + self.draw() * REFERENCE_VOLTS)
     }
 }
 

@@ -210,9 +210,9 @@ impl<const N: usize> Devices<N> {
         self.joints.iter().position(|joint| joint.axis == axis)
     }
 
-    /// Turns a joint. A behaviour that asks for it is told what becomes of it. A dock of the other MCU asks for
-    /// a search: the behaviour that asked last still is told, but not that the joint stalls against what it is
-    /// to move.
+    /// Turns a joint. A behaviour that asks for it is told what becomes of it. A dock of the other MCU asks
+    /// for a search: the behaviour that asked last still is told, but not that the joint stalls against what
+    /// it is to move.
     fn turn(&mut self, axis: Axis, order: Order, client: TaskCode, around: &mut impl Surroundings) {
         let device = TaskCode::joint(axis);
         let is_search = !client.is_behaviour();

@@ -69,8 +69,8 @@ impl Supply {
         }
     }
 
-    /// Looks at the battery, and tells HORMONE and the other MCU what has changed, and of the charger the task
-    /// that asked for it. Returns what may be switched on, if that has changed.
+    /// Looks at the battery, and tells HORMONE and the other MCU what has changed, and of the charger the
+    /// task that asked for it. Returns what may be switched on, if that has changed.
     pub fn look(&mut self, around: &mut impl Surroundings) -> Option<Allowance> {
         let voltage = around.seen(Quantity::Sensor(Sensor::BatteryVoltage))?.max(0) as u16;
         let temperature = around.seen(Quantity::Sensor(Sensor::BatteryTemperature))?;

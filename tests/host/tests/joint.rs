@@ -1,6 +1,6 @@
 //! A joint on its plant: its step response, the disturbances that it bears, and the faults that stop it.
 
-use plants::joint::{Joint as Plant, PotentiometerFault, REFERENCE_VOLTS, Surroundings, counts};
+use plants::joint::{Joint as Plant, PotentiometerFault, Surroundings, counts};
 use proptest::prelude::*;
 use simulation::Noise;
 use tasks::motor::joint::{Joint, Reading, State};
@@ -27,10 +27,9 @@ impl Rig {
 
     /// Makes a millisecond pass. The drive follows from the readings at its beginning, as on the board.
     fn step(&mut self) {
-        let mut read = |volts| counts(volts + self.noise.draw() * REFERENCE_VOLTS);
         let reading = Reading {
-            potentiometer: read(self.plant.potentiometer_volts()),
-            current: read(self.plant.current_volts()),
+            potentiometer: self.noise.read(self.plant.potentiometer_volts()),
+            current: self.noise.read(self.plant.current_volts()),
         };
         for _ in 0..STEPS {
             self.plant.step(f64::from(self.drive) / f64::from(FULL_DRIVE), 0.001 / f64::from(STEPS));

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
+use plants::joint::volts;
 use simavr_harness::{
     Bus, Character, Controller, Engine, Images, Mcu, Multiplexer, Pin, Place, Reset, RobotBuilder, State,
     WhileWriting, lockstep,
@@ -291,7 +292,6 @@ const MULTIPLEXER: Multiplexer = Multiplexer {
 #[test]
 fn rounds_measure_what_is_asked_for() {
     let mut mcu = mcu("board_adc");
-    let volts = |reading: u16| (f64::from(reading) + 0.5) / 1024.0 * 5.0;
     // Readings of the joints, and of the docks at rest.
     let pins = [700, 7, 1023, 513, 512, 512, 512].map(volts);
     let multiplexed = [1, 2, 300, 400, 500, 600, 700, 1000].map(volts);
