@@ -27,10 +27,12 @@ pub enum Assumption {
     Potentiometer,
     /// The readings of its converters, each for itself, in percent of full scale.
     Converter,
+    /// The backlash of its gears, in percent of the potentiometers' travel.
+    Backlash,
 }
 
 impl Assumption {
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Mass,
         Self::Friction,
         Self::Torque,
@@ -39,6 +41,7 @@ impl Assumption {
         Self::GearInertia,
         Self::Potentiometer,
         Self::Converter,
+        Self::Backlash,
     ];
 
     pub fn name(self) -> &'static str {
@@ -51,6 +54,7 @@ impl Assumption {
             Self::GearInertia => "gear-inertia",
             Self::Potentiometer => "potentiometer",
             Self::Converter => "converter",
+            Self::Backlash => "backlash",
         }
     }
 
@@ -66,6 +70,7 @@ impl Assumption {
             Self::GearInertia => make.motor.gear_inertia *= 1.0 + drawn(),
             Self::Potentiometer => make.zeros = [(); 3].map(|()| drawn() * POTENTIOMETER_TRAVEL),
             Self::Converter => (make.noise, make.noise_seed) = (part, random.next_u64()),
+            Self::Backlash => make.backlash = part * POTENTIOMETER_TRAVEL,
         }
     }
 }
@@ -85,7 +90,7 @@ pub enum VariationError {
     Form,
     #[error(
         "there is no such assumption: give one of mass, friction, torque, current, \
-         gear-friction, gear-inertia, potentiometer, converter"
+         gear-friction, gear-inertia, potentiometer, converter, backlash"
     )]
     Name,
     #[error("give a variation from 0% to 90%")]
@@ -144,7 +149,7 @@ mod tests {
         makes
     }
 
-    /// The values of all assumptions but the last two, as multiples of what they are without variation.
+    /// The values of all assumptions but the last three, as multiples of what they are without variation.
     fn multiples(make: &Make) -> [f64; 6] {
         let values = |Make { mass, grip, motor, .. }: &Make| {
             let Motor { stall_torque, stall_current, sliding_friction, gear_inertia, .. } = *motor;
@@ -177,6 +182,7 @@ mod tests {
                     assert!((mean - 1.0).abs() < (to - from) / 8.0 + 1e-9, "{assumption:?} {text}: {mean}");
                 }
                 assert!(varied.iter().all(|make| make.zeros == [0.0; 3] && make.noise == 0.0));
+                assert!(varied.iter().all(|make| make.backlash == 0.0));
             }
         }
     }
@@ -197,6 +203,11 @@ mod tests {
     }
 
     #[test]
+    fn all_gears_have_the_backlash_that_is_said() {
+        assert!(varied(&["backlash=1%"], 1).iter().all(|make| (make.backlash - 3.008).abs() < 1e-9));
+    }
+
+    #[test]
     fn the_seed_alone_decides() {
         assert_eq!(varied(&["mass=20%"], 1), varied(&["mass=20%"], 1));
         assert_ne!(varied(&["mass=20%"], 1), varied(&["mass=20%"], 2));
@@ -213,6 +224,7 @@ mod tests {
                 let same = match index {
                     6 => one.zeros == together.zeros,
                     7 => (one.noise, one.noise_seed) == (together.noise, together.noise_seed),
+                    8 => one.backlash == together.backlash,
                     _ => multiples(one)[index] == multiples(together)[index],
                 };
                 assert!(same, "{text}: {one:?} and {together:?}");

@@ -30,6 +30,10 @@ pub const PULL_TURN: f64 = 30.0;
 /// The bandwidth of the accelerometer, in Hz: its filter before the converter. Assumed.
 pub const ACCELEROMETER_HZ: f64 = 50.0;
 
+/// The torque of dry friction between a gear and its joint while the teeth are between both sides of their
+/// backlash, in Nm: a fiftieth of the gear's. Assumed.
+pub const BACKLASH_FRICTION: f64 = 0.01;
+
 /// The acceleration of gravity, in m/s².
 pub const GRAVITY: f64 = 9.81;
 
@@ -42,6 +46,8 @@ pub struct Make {
     pub grip: f64,
     /// The motor of each of its joints.
     pub motor: Motor,
+    /// The backlash of the gear of each of its joints, in degrees.
+    pub backlash: f64,
     /// The angles by which the potentiometers of its joints are turned on their shafts, in degrees. The world
     /// does not use them.
     pub zeros: [f64; 3],
@@ -54,6 +60,14 @@ pub struct Make {
 impl Default for Make {
     fn default() -> Self {
         let motor = Motor::default();
-        Make { mass: MODULE_MASS, grip: 1.0, motor, zeros: [0.0; 3], noise: 0.0, noise_seed: 0 }
+        Make {
+            mass: MODULE_MASS,
+            grip: 1.0,
+            motor,
+            backlash: 0.0,
+            zeros: [0.0; 3],
+            noise: 0.0,
+            noise_seed: 0,
+        }
     }
 }

@@ -9,6 +9,7 @@ pub mod assumed;
 mod face;
 mod ground;
 mod history;
+mod layout;
 mod libm;
 mod model;
 mod motion;

@@ -9,10 +9,11 @@ use std::fmt::{self, Write};
 
 use glam::{DAffine3, DQuat, DVec3};
 use plants::geometry::{Angles, Dock, EDGE, Half};
-use plants::motor::STOP;
+use plants::motor::{Motor, STOP};
 
-use crate::assumed::{Make, SHELL, SLIMMER, STIFFNESS_SECONDS};
+use crate::assumed::{BACKLASH_FRICTION, Make, SHELL, SLIMMER, STIFFNESS_SECONDS};
 use crate::ground::Ground;
+use crate::layout::Layout;
 
 /// A step, in s.
 pub const STEP_SECONDS: f64 = 1e-3;
@@ -20,20 +21,14 @@ pub const STEP_SECONDS: f64 = 1e-3;
 /// Bodies of a module, in the order of the model.
 pub const BODIES: usize = 4;
 
-/// Positions of a module: three numbers and a quaternion of its root, and three angles.
-pub const POSITIONS: usize = 10;
+/// The least backlash of a gear whose module is beside one that has backlash, in degrees: MuJoCo takes no
+/// hinge that can't turn.
+const LEAST_BACKLASH: f64 = 1e-3;
 
-/// Speeds of a module: six of its root, and three of its hinges.
-pub const SPEEDS: usize = 9;
-
-/// The index of the first hinge among the positions and among the speeds of a module.
-pub const HINGE_POSITION: usize = 7;
-pub const HINGE_SPEED: usize = 6;
-
-/// The time constant, as MuJoCo takes it, of the dry friction that holds a joint: two steps, so that it stops
-/// the joint within a step, the shortest possible. So the constraint may be softer (an impedance of 0.9, not
-/// 0.95) for the same creep under load, and Newton's method takes 6 to 7 iterations a step for 100 modules,
-/// not 9.
+/// The time constant, as MuJoCo takes it, of the dry friction that holds a joint, and of a gear's teeth: two
+/// steps, so that they stop the joint within a step, the shortest possible. So the constraint may be softer
+/// (an impedance of 0.9, not 0.95) for the same creep under load, and Newton's method takes 6 to 7 iterations
+/// a step for 100 modules, not 9.
 const STOPPING_SECONDS: f64 = 2.0 * STEP_SECONDS;
 
 /// The least improvement by an iteration of Newton's method; after a smaller one the step is done. This is
@@ -109,8 +104,9 @@ pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
         stop = STOP.to_radians()
     )?;
     ground.write(&mut xml)?;
+    let layout = Layout::of(modules);
     for module in modules {
-        write_module(&mut xml, module, ground.friction)?;
+        write_module(&mut xml, module, layout, ground.friction)?;
     }
     writeln!(xml, "</worldbody><equality>")?;
     for _ in 0..welds(modules.len()) {
@@ -126,28 +122,45 @@ pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
 }
 
 /// Writes a module. Its number is the number of modules that are already in `xml`.
-fn write_module(xml: &mut String, Placed { frame, make, .. }: &Placed, friction: f64) -> fmt::Result {
+fn write_module(
+    xml: &mut String,
+    Placed { frame, make, .. }: &Placed,
+    layout: Layout,
+    friction: f64,
+) -> fmt::Result {
     let module = xml.matches("<freejoint").count();
     let friction = friction * make.grip;
-    let motor = format!(
-        "armature='{}' damping='{}' frictionloss='{}'",
-        make.motor.gear_inertia,
-        make.motor.braking(),
-        make.motor.sliding_friction
-    );
+    let hinges = |axis| hinges(axis, make, layout);
     let [x, y, z] = (frame.translation * MILLI).to_array();
     let DQuat { x: i, y: j, z: k, w } = DQuat::from_mat3(&frame.matrix3);
     writeln!(xml, "<body name='{module}root' pos='{x} {y} {z}' quat='{w} {i} {j} {k}'><freejoint/>")?;
     let shell = |half, side| Shell { half, side, mass: make.mass / BODIES as f64, friction };
     shell(inner_half(), 1.0).write(xml)?;
     let at = EDGE / 2.0 * MILLI;
-    writeln!(xml, "<body pos='{at} 0 0'><joint axis='0 -1 0' {motor}/><site name='{module}'/>")?;
+    writeln!(xml, "<body pos='{at} 0 0'>{}<site name='{module}'/>", hinges("0 -1 0"))?;
     shell(outer_half(), 1.0).write(xml)?;
-    writeln!(xml, "</body><body><joint axis='1 0 0' {motor}/>")?;
+    writeln!(xml, "</body><body>{}", hinges("1 0 0"))?;
     shell(inner_half(), -1.0).write(xml)?;
-    writeln!(xml, "<body name='{module}back' pos='-{at} 0 0'><joint axis='0 1 0' {motor}/>")?;
+    writeln!(xml, "<body name='{module}back' pos='-{at} 0 0'>{}", hinges("0 1 0"))?;
     shell(outer_half(), -1.0).write(xml)?;
     writeln!(xml, "</body></body></body>")
+}
+
+/// The hinges of a joint.
+fn hinges(axis: &str, make: &Make, layout: Layout) -> String {
+    let Motor { gear_inertia, sliding_friction, .. } = make.motor;
+    let motor = format!(
+        "<joint axis='{axis}' armature='{gear_inertia}' damping='{}' frictionloss='{sliding_friction}'/>",
+        make.motor.braking()
+    );
+    if !layout.has_backlash() {
+        return motor;
+    }
+    let way = make.backlash.max(LEAST_BACKLASH).to_radians() / 2.0;
+    format!(
+        "{motor}<joint axis='{axis}' range='-{way} {way}' frictionloss='{BACKLASH_FRICTION}'
+            solreflimit='{STOPPING_SECONDS} 1' solimplimit='0.95 0.99 0.001 0.5 2'/>"
+    )
 }
 
 /// Half a cube, on one side of its frame along x.

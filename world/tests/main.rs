@@ -3,6 +3,7 @@
 
 mod common;
 
+mod backlash;
 mod determinism;
 mod docks;
 mod formulas;

@@ -3,7 +3,8 @@
 use glam::DAffine3;
 
 use super::World;
-use crate::model::{self, HINGE_POSITION, POSITIONS};
+use crate::layout::HINGE_POSITION;
+use crate::model;
 use crate::weld;
 
 /// A module that is no deeper in an obstacle than this, in m, only touches it.
@@ -39,7 +40,8 @@ impl World {
         for &module in body {
             let frame = turn * weld::frame(&self.simulation, model::root(module));
             let (_, rotation, position) = frame.to_scale_rotation_translation();
-            let place = &mut self.simulation.positions_mut()[POSITIONS * module..][..HINGE_POSITION];
+            let first = self.layout.positions() * module;
+            let place = &mut self.simulation.positions_mut()[first..][..HINGE_POSITION];
             place[..3].copy_from_slice(&position.to_array());
             place[3..].copy_from_slice(&[rotation.w, rotation.x, rotation.y, rotation.z]);
         }
@@ -82,7 +84,7 @@ impl World {
     /// Raises these modules by `height`, in m. An update of the simulation has to follow.
     fn raise(&mut self, modules: &[usize], height: f64) {
         for module in modules {
-            self.simulation.positions_mut()[POSITIONS * module + 2] += height;
+            self.simulation.positions_mut()[self.layout.positions() * module + 2] += height;
         }
     }
 }

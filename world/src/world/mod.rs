@@ -13,8 +13,9 @@ use thiserror::Error;
 use crate::face::Face;
 use crate::ground::Ground;
 use crate::history::History;
+use crate::layout::Layout;
 use crate::libm;
-use crate::model::{self, HINGE_POSITION, HINGE_SPEED, MILLI, POSITIONS, Placed, SPEEDS};
+use crate::model::{self, MILLI, Placed};
 use crate::motion::{LOOK, Odometer};
 use crate::mujoco::{Contact, Simulation, Warning};
 use crate::weld::{self, Weld};
@@ -36,6 +37,7 @@ pub enum WorldError {
 /// Modules in a physical world.
 pub struct World {
     simulation: Simulation,
+    layout: Layout,
     /// By module, the motor of each of its joints.
     motors: Vec<Motor>,
     /// Geoms of the ground, before those of the modules.
@@ -63,13 +65,16 @@ impl World {
         assert!(std::hint::black_box(libm::bound()).all(|function| function != 0));
         let text = model::text(modules, ground).map_err(|error| WorldError::Model(error.to_string()))?;
         let mut simulation = Simulation::new(&text).map_err(WorldError::Model)?;
+        let layout = Layout::of(modules);
         for (module, Placed { angles, .. }) in modules.iter().enumerate() {
-            let hinges = &mut simulation.positions_mut()[POSITIONS * module + HINGE_POSITION..][..3];
-            hinges.copy_from_slice(&angles.map(f64::to_radians));
+            for (joint, degrees) in angles.iter().enumerate() {
+                simulation.positions_mut()[layout.position(module, joint)] = degrees.to_radians();
+            }
         }
         let welds = (0..model::welds(modules.len())).map(|_| None).collect();
         let mut world = World {
             simulation,
+            layout,
             motors: modules.iter().map(|module| module.make.motor).collect(),
             ground_geoms: ground.geoms(),
             welds,
@@ -93,8 +98,8 @@ impl World {
     /// The world can't continue, because its state is not physical any more.
     pub fn step(&mut self, volts: &[[f64; 3]]) -> Result<(), Trouble> {
         for (module, (volts, motor)) in volts.iter().zip(&self.motors).enumerate() {
-            for (hinge, volts) in volts.iter().enumerate() {
-                let place = SPEEDS * module + HINGE_SPEED + hinge;
+            for (joint, volts) in volts.iter().enumerate() {
+                let place = self.layout.speed(module, joint);
                 let speed = self.simulation.speeds()[place];
                 // The torque at standstill: the model's damping has the part that depends on speed.
                 self.simulation.forces_mut()[place] = motor.torque(motor.amperes(*volts, 0.0));
@@ -106,7 +111,7 @@ impl World {
                 *newtons = [0.0; 3];
             }
             *steps = steps.saturating_sub(1);
-            self.simulation.forces_mut()[SPEEDS * module..][..3].copy_from_slice(newtons);
+            self.simulation.forces_mut()[self.layout.speeds() * module..][..3].copy_from_slice(newtons);
         }
         for (index, weld) in self.welds.iter_mut().enumerate() {
             if let Some(weld) = weld.as_mut().filter(|weld| weld.pulls()) {
@@ -157,8 +162,8 @@ impl World {
     /// Swaps two modules. Each gets the joint angles of the other, because it must be bent so to fit there.
     /// The docks that held one module then hold the other.
     pub fn swap(&mut self, one: usize, other: usize) {
-        swap(self.simulation.positions_mut(), POSITIONS, one, other);
-        swap(self.simulation.speeds_mut(), SPEEDS, one, other);
+        swap(self.simulation.positions_mut(), self.layout.positions(), one, other);
+        swap(self.simulation.speeds_mut(), self.layout.speeds(), one, other);
         for (index, weld) in self.welds.iter_mut().enumerate() {
             if let Some(weld) = weld {
                 weld.swap(one, other, &mut self.simulation, index);
@@ -273,9 +278,9 @@ mod tests {
             let [x, y, z, yaw, turn] = speeds;
             for module in [0, 1] {
                 // It has to touch the ground.
-                world.simulation.positions_mut()[POSITIONS * module + 2] -= 1e-5;
+                world.simulation.positions_mut()[world.layout.positions() * module + 2] -= 1e-5;
                 let all = [x, y, z, 0.0, 0.0, yaw, turn, 0.0, 0.0];
-                world.simulation.speeds_mut()[SPEEDS * module..][..SPEEDS].copy_from_slice(&all);
+                world.simulation.speeds_mut()[all.len() * module..][..all.len()].copy_from_slice(&all);
             }
             world.simulation.update();
             let found: Vec<_> = world.slides().collect();

@@ -9,7 +9,7 @@ use plants::motion::Motion;
 use super::World;
 use crate::assumed::GRAVITY;
 use crate::face::Face;
-use crate::model::{self, HINGE_POSITION, HINGE_SPEED, MILLI, POSITIONS, SPEEDS, STEP_SECONDS};
+use crate::model::{self, MILLI, STEP_SECONDS};
 use crate::weld;
 
 impl World {
@@ -34,14 +34,12 @@ impl World {
 
     /// The angles of a module's joints, in rad.
     pub fn angles(&self, module: usize) -> [f64; 3] {
-        let place = POSITIONS * module + HINGE_POSITION;
-        [0, 1, 2].map(|hinge| self.simulation.positions()[place + hinge])
+        self.layout.angles(self.simulation.positions(), module)
     }
 
-    /// The speeds of a module's joints, in rad/s.
+    /// The speeds of a module's joints, in rad/s: where gears have backlash, of their motors.
     pub fn speeds(&self, module: usize) -> [f64; 3] {
-        let place = SPEEDS * module + HINGE_SPEED;
-        [0, 1, 2].map(|hinge| self.simulation.speeds()[place + hinge])
+        self.layout.motors(self.simulation.speeds(), module)
     }
 
     /// The reading of an accelerometer without a filter in the half with the Front dock, along x, y and z of

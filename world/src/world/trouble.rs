@@ -5,7 +5,8 @@ use plants::trouble::Trouble;
 use super::World;
 use crate::face::Face;
 use crate::history::Joint;
-use crate::model::{self, HINGE_POSITION, HINGE_SPEED, POSITIONS, SPEEDS};
+use crate::layout::{HINGE_POSITION, HINGE_SPEED};
+use crate::model;
 use crate::mujoco::Warning;
 
 /// A joint that turns at this speed or faster shows that the simulation has exploded, in rad/s: 20 times the
@@ -21,11 +22,9 @@ impl World {
     pub(super) fn keep(&mut self, volts: &[[f64; 3]]) {
         let [positions, speeds] = [self.simulation.positions(), self.simulation.speeds()];
         let joints = volts.iter().enumerate().map(|(module, volts)| {
-            [0, 1, 2].map(|hinge| Joint {
-                angle: positions[POSITIONS * module + HINGE_POSITION + hinge],
-                speed: speeds[SPEEDS * module + HINGE_SPEED + hinge],
-                volts: volts[hinge],
-            })
+            let [angles, speeds] =
+                [self.layout.angles(positions, module), self.layout.motors(speeds, module)];
+            [0, 1, 2].map(|joint| Joint { angle: angles[joint], speed: speeds[joint], volts: volts[joint] })
         });
         self.history.keep(joints);
     }
@@ -42,8 +41,11 @@ impl World {
 
     /// The trouble of the number with the warning's index.
     pub(super) fn named(&self, Warning { what, index }: Warning) -> Trouble {
-        let (numbers, hinges) =
-            if what.contains("position") { (POSITIONS, HINGE_POSITION) } else { (SPEEDS, HINGE_SPEED) };
+        let (numbers, first) = if what.contains("position") {
+            (self.layout.positions(), HINGE_POSITION)
+        } else {
+            (self.layout.speeds(), HINGE_SPEED)
+        };
         let [module, place] = [index / numbers, index % numbers];
         if module >= self.modules() {
             return Trouble {
@@ -53,7 +55,8 @@ impl World {
                 last: vec![],
             };
         }
-        self.trouble(module, place.checked_sub(hinges), what.into())
+        let joint = place.checked_sub(first).map(|hinge| self.layout.joint(hinge));
+        self.trouble(module, joint, what.into())
     }
 
     fn trouble(&self, module: usize, hinge: Option<usize>, mut what: String) -> Trouble {

@@ -2,9 +2,10 @@
 //! infrared, in a physical world: robots/ring-on-side.toml.
 //!
 //! `SUPERBOT_ROBOTS=100` tries that many natively, and prints how each did: robots whose potentiometers have
-//! slipped so that the ends miss each other by up to 20 mm along and across and by up to 10 degrees; and
-//! robots whose potentiometers sit turned on their shafts at random, by `SUPERBOT_TURNED=0.4` percent of
-//! their travel at most.
+//! slipped so that the ends miss each other by up to 20 mm along and across and by up to 10 degrees, without
+//! backlash of gears and with it, `SUPERBOT_BACKLASH=1` percent of the potentiometers' travel; and robots
+//! whose potentiometers sit turned on their shafts at random, by `SUPERBOT_TURNED=0.4` percent of that at
+//! most.
 
 use std::fmt;
 
@@ -146,7 +147,7 @@ fn a_chain_on_its_side_becomes_a_ring_and_a_chain_again_natively() {
     let (robots, turned) =
         (setting("SUPERBOT_ROBOTS").unwrap_or(2), setting("SUPERBOT_TURNED").unwrap_or(0.0));
     let scenario = if turned > 0.0 { missing([0.0; 3]) } else { scenario() };
-    let turned: Variation = format!("potentiometer={turned}%").parse().expect("it is a variation");
+    let turned = variation("potentiometer", turned);
     let mut rings = 0;
     for seed in 1..=robots {
         let outcome = natively(&scenario, &[turned], seed);
@@ -157,18 +158,32 @@ fn a_chain_on_its_side_becomes_a_ring_and_a_chain_again_natively() {
     assert!(turned.percent > 0.0 || rings == robots, "{rings} of {robots}");
 }
 
-#[test]
-fn ends_that_miss_each_other_find_each_other_natively() {
-    let robots = setting("SUPERBOT_ROBOTS").unwrap_or(2);
+/// That of so many robots with this backlash nearly all become rings, and chains again.
+fn find_each_other(robots: u64, backlash: f64) {
     let mut rings = 0;
     for seed in 1..=robots {
         let miss = miss(seed);
-        let outcome = natively(&missing(miss), &[], seed);
+        let outcome = natively(&missing(miss), &[variation("backlash", backlash)], seed);
         println!("{seed}: {}: {outcome}", told(miss));
         rings += u64::from(outcome.is_as_ordered());
     }
-    println!("{rings} of {robots}");
+    println!("{rings} of {robots} with a backlash of {backlash} %");
     assert!(rings * 100 >= robots * 95, "{rings} of {robots}");
+}
+
+#[test]
+fn ends_that_miss_each_other_find_each_other_natively() {
+    find_each_other(setting("SUPERBOT_ROBOTS").unwrap_or(2), 0.0);
+}
+
+#[test]
+fn so_they_do_where_gears_have_backlash() {
+    let backlash = setting("SUPERBOT_BACKLASH").unwrap_or(0.6);
+    find_each_other(setting("SUPERBOT_ROBOTS").unwrap_or(1), backlash);
+}
+
+fn variation(of: &str, percent: f64) -> Variation {
+    format!("{of}={percent}%").parse().expect("it is a variation")
 }
 
 fn by_its_images(scenario: &Scenario, seed: u64) -> Outcome {

@@ -190,15 +190,18 @@ fn a_centipede_walks_ahead() {
     assert!(coulombs > 8.0 * 1.2 * IDLE_AMPERES && coulombs < 8.0 * STALL_CURRENT, "{coulombs} C");
 }
 
-/// Joints that followed readings which are off by up to four counts would shake the feet off their places.
+/// Joints that followed readings which are off by up to four counts would shake the feet off their places,
+/// and gears that are worn let them give way by a degree.
 #[test]
-fn with_converters_that_are_noisy_it_walks_nearly_as_far() {
-    let [exact, noisy] = ["converter=0%", "converter=0.4%"].map(|variation| {
+fn with_converters_that_are_noisy_or_gears_that_are_worn_it_walks_nearly_as_far() {
+    let [exact, noisy, worn] = ["converter=0%", "converter=0.4%", "backlash=0.3%"].map(|variation| {
         let mut engine = varied(10, 1, 2, &[variation.parse().unwrap()]);
         engine.run_until(10 * SECOND);
         engine.motion().unwrap().distance
     });
-    assert!(noisy < exact && noisy > 0.91 * exact, "{noisy} m in place of {exact}");
+    for distance in [noisy, worn] {
+        assert!(distance < exact && distance > 0.91 * exact, "{noisy} m and {worn} m in place of {exact}");
+    }
 }
 
 /// A centipede, or a module alone that is told to crawl.
