@@ -77,6 +77,37 @@ impl Side for SlaveSide {
     }
 }
 
+/// The latches of the docks of whichever half this is: both have their switches at the same pins.
+pub struct Latches;
+
+impl Latches {
+    fn switches(dock: Dock) -> EndSwitches {
+        let place = place(MASTER, dock).or(place(SLAVE, dock));
+        // A switch that is pressed pulls its pin low.
+        let pressed = !SwitchPort::input();
+        let is_at = |end| place.is_some_and(|place| pressed & superbot::end_switch(place, end) != 0);
+        EndSwitches { is_released: is_at(End::Released), is_latched: is_at(End::Latched) }
+    }
+}
+
+impl device::Latches for Latches {
+    #[inline]
+    fn is_open(dock: Dock) -> bool {
+        Self::switches(dock).is_open()
+    }
+}
+
+/// The place of a dock in its half.
+fn place(half: Half, dock: Dock) -> Option<u8> {
+    let [first, second, third] = half.docks();
+    match dock {
+        _ if dock == first => Some(0),
+        _ if dock == second => Some(1),
+        _ if dock == third => Some(2),
+        _ => None,
+    }
+}
+
 /// The peripherals of the half `S`.
 pub struct Peripherals<S> {
     analog: Analog,
@@ -114,13 +145,7 @@ impl<S: Side> Peripherals<S> {
 
     /// The place of a dock of this half.
     fn place(dock: Dock) -> Option<u8> {
-        let [first, second, third] = S::HALF.docks();
-        match dock {
-            _ if dock == first => Some(0),
-            _ if dock == second => Some(1),
-            _ if dock == third => Some(2),
-            _ => None,
-        }
+        place(S::HALF, dock)
     }
 
     fn input(quantity: Quantity) -> Option<(Input, Scale)> {
@@ -150,11 +175,7 @@ impl<S: Side> device::Peripherals for Peripherals<S> {
     }
 
     fn end_switches(&mut self, dock: Dock) -> EndSwitches {
-        // A switch that is pressed pulls its pin low.
-        let pressed = !SwitchPort::input();
-        let is_at =
-            |end| Self::place(dock).is_some_and(|place| pressed & superbot::end_switch(place, end) != 0);
-        EndSwitches { is_released: is_at(End::Released), is_latched: is_at(End::Latched) }
+        Latches::switches(dock)
     }
 
     fn drive_latch(&mut self, dock: Dock, to: Option<End>) {

@@ -12,7 +12,7 @@ use board::Board;
 use board::debug::mark;
 use board::delay;
 use board::joints::Joints;
-use board::peripherals::{MasterSide, Peripherals};
+use board::peripherals::{Latches, MasterSide, Peripherals};
 use board::reset::ResetCause;
 use board::superbot::{JOINT, MASTER, MASTER_AXES, ROLL, SLAVE};
 use console::inspector::{self, Counts, Inspected};
@@ -156,7 +156,7 @@ fn start(boot: &mut Boot) -> Option<()> {
                 Incoming::new(&LINK_USART1, receiver1),
                 Incoming::new(&LINK_SOFT_UART, receiver2),
             ];
-            receive::run(task, docks, &RECEIVED, &OFFICE, [seed0, seed1, seed2])
+            receive::run::<_, Latches, _>(task, docks, &RECEIVED, &OFFICE, [seed0, seed1, seed2])
         })
         .ok()?;
     stack::SEND_USART0

@@ -9,7 +9,7 @@
 use board::Board;
 use board::delay;
 use board::joints::Joints;
-use board::peripherals::{Peripherals, SlaveSide};
+use board::peripherals::{Latches, Peripherals, SlaveSide};
 use board::reset::ResetCause;
 use board::superbot::{JOINT, MASTER, SLAVE, SLAVE_AXES};
 use console::inspector::{self, Counts, Inspected};
@@ -127,7 +127,7 @@ fn start(boot: &mut Boot) -> Option<()> {
                 Incoming::new(&LINK_USART1, receiver1),
                 Incoming::new(&LINK_SOFT_UART, receiver2),
             ];
-            receive::run(task, docks, &RECEIVED, &OFFICE, [seed0, seed1, seed2])
+            receive::run::<_, Latches, _>(task, docks, &RECEIVED, &OFFICE, [seed0, seed1, seed2])
         })
         .ok()?;
     stack::SEND_USART0

@@ -82,6 +82,18 @@ pub fn reflected(millimetres: f64, degrees: f64) -> u16 {
     (REFLECTED_AT_CONTACT * lobe / (1.0 + (millimetres / HALF_DISTANCE).powi(2))) as u16
 }
 
+/// The distance between two docks, in mm, up to which the infrared of one reaches the other. Assumed: ten
+/// times as far as hooks, for what is received is brighter than what is reflected.
+pub const SIGHT: f64 = 150.0;
+
+/// The angle, in degrees, up to which it does. Assumed.
+const SIGHT_TURN: f64 = 45.0;
+
+/// Whether a dock `millimetres` away and `degrees` askew hears what this one sends.
+pub fn hears(millimetres: f64, degrees: f64) -> bool {
+    millimetres <= SIGHT && degrees.abs() <= SIGHT_TURN
+}
+
 /// The distance between two docks, in mm, up to which the hooks of one catch the other. Assumed.
 const HOOKS_REACH: f64 = 12.0;
 
@@ -140,6 +152,13 @@ mod tests {
         assert_eq!(reflected(2.0 * HALF_DISTANCE, 0.0), 160);
         assert_eq!([LOBE_DEGREES, -LOBE_DEGREES].map(|askew| reflected(0.0, askew)), [294; 2]);
         assert_eq!(reflected(HALF_DISTANCE, LOBE_DEGREES), 147);
+    }
+
+    #[test]
+    fn a_dock_is_heard_from_farther_away_than_hooks_reach_and_more_askew() {
+        assert!(hears(SIGHT, SIGHT_TURN) && hears(SIGHT, -SIGHT_TURN));
+        assert!(!hears(SIGHT + 0.1, 0.0));
+        assert!(!hears(0.0, SIGHT_TURN + 0.1) && !hears(0.0, -SIGHT_TURN - 0.1));
     }
 
     #[test]

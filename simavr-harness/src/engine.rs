@@ -72,6 +72,7 @@ impl Engine {
         while self.robot.now < cycle && !self.robot.members.is_empty() && self.robot.trouble().is_none() {
             if self.robot.now.is_multiple_of(SAMPLE_PERIOD) {
                 self.robot.feel();
+                self.robot.look_around();
             }
             self.run_modules(cycle.min((self.robot.now + 1).next_multiple_of(SAMPLE_PERIOD)));
             if self.robot.now.is_multiple_of(DOCKING_STEP) {

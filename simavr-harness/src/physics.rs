@@ -1,5 +1,6 @@
 //! The world that a robot is in, and the data that the two exchange each millisecond.
 
+use plants::dock::{SIGHT, hears};
 use plants::geometry;
 use simulation::{
     Body, Change, Environment, Face, Facing, Motion, Noise, PUSH_MILLISECONDS, Placing, Terrain, Wiring,
@@ -148,6 +149,22 @@ impl Environment for Physics {
         facing.collect()
     }
 
+    fn in_sight(&self, wiring: &Wiring) -> Vec<(Face, Face)> {
+        let is_free = |face: &Face| wiring.attached(*face).is_none() && wiring.has_power(face.module);
+        let dock = |face: Face| (face, (place(face).dock, self.world.dock(place(face))));
+        let free: Vec<_> = wiring.docks().filter(is_free).map(dock).collect();
+        let pairs = free.iter().filter_map(|&(from, own)| {
+            let near = free.iter().filter(|(face, (_, there))| {
+                *face != from && own.1.translation.distance_squared(there.translation) <= SIGHT * SIGHT
+            });
+            let lies = near.filter_map(|&(face, there)| Some((face, geometry::before(own, there)?)));
+            let hearing = lies.filter(|(_, (millimetres, degrees))| hears(*millimetres, *degrees));
+            let nearest = hearing.min_by(|(_, one), (_, other)| one.0.total_cmp(&other.0));
+            Some((from, nearest?.0))
+        });
+        pairs.collect()
+    }
+
     fn trouble(&self) -> Option<&Trouble> {
         self.trouble.as_ref()
     }
@@ -173,4 +190,28 @@ impl Environment for Physics {
 /// A dock as the world names it.
 fn place(Face { module, dock }: Face) -> world::Face {
     world::Face { module, dock: geometry::Dock::ALL[usize::from(dock.index())] }
+}
+
+#[cfg(test)]
+mod tests {
+    use simulation::Shape;
+    use tasks::dock::Dock;
+
+    use super::*;
+
+    #[test]
+    fn free_docks_that_face_each_other_hear_each_other_if_both_have_power() {
+        let mut wiring = Shape::Chain.wiring(3).unwrap();
+        let mut physics = Physics::new(&wiring, &Ground::default(), &[Make::default(); 3]).unwrap();
+        let mut change = |change: Change| {
+            let before = wiring.clone();
+            change.apply(&mut wiring).unwrap();
+            physics.change(&change, &before, &wiring);
+            physics.in_sight(&wiring)
+        };
+        let [one, other] = [(0, Dock::Back), (1, Dock::Front)].map(|(module, dock)| Face { module, dock });
+        assert_eq!(change(Change::Roll(0.0)), []);
+        assert_eq!(change(Change::Detach(one)), [(one, other), (other, one)]);
+        assert_eq!(change(Change::Kill(0)), []);
+    }
 }

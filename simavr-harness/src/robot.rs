@@ -332,6 +332,7 @@ impl Robot {
         for (one, other) in links.into_iter().filter(|(one, other)| before.peer(*one) != Some(*other)) {
             self.join(one, other);
         }
+        self.look_around();
         self.set_latches(&before);
         for (number, member) in self.members.iter_mut().enumerate() {
             member.echoes = self.wiring.obstacles(number);
@@ -383,14 +384,32 @@ impl Robot {
     }
 
     fn join(&mut self, one: Face, other: Face) {
-        let delay = lateness(one.dock, other.dock);
-        for (from, peer) in [(one, other), (other, one)] {
-            // Counted down from the end, so that no channel draws from the sequence of a module's number.
-            let random = Random::of_part(self.seed, u64::MAX - self.channels);
-            self.channels += 1;
-            let faults = self.members[from.module].faults[index(from.dock)].clone();
-            let channel = Channel::new(faults, random);
-            *self.port_mut(from) = Some(Port { peer, channel, delay });
+        self.let_hear(one, other);
+        self.let_hear(other, one);
+    }
+
+    /// From now on `peer` hears what a dock sends.
+    fn let_hear(&mut self, from: Face, peer: Face) {
+        // Counted down from the end, so that no channel draws from the sequence of a module's number.
+        let random = Random::of_part(self.seed, u64::MAX - self.channels);
+        self.channels += 1;
+        let faults = self.members[from.module].faults[index(from.dock)].clone();
+        let channel = Channel::new(faults, random);
+        let delay = lateness(from.dock, peer.dock);
+        *self.port_mut(from) = Some(Port { peer, channel, delay });
+    }
+
+    /// Lets free docks hear those that they see in the world by now.
+    pub(crate) fn look_around(&mut self) {
+        let Some(physics) = &self.physics else { return };
+        let in_sight = physics.in_sight(&self.wiring);
+        let free: Vec<Face> = self.wiring.docks().filter(|&face| self.wiring.peer(face).is_none()).collect();
+        for from in free {
+            let hearer = in_sight.iter().find(|(sender, _)| *sender == from).map(|(_, hearer)| *hearer);
+            if self.port_mut(from).as_ref().map(|port| port.peer) != hearer {
+                *self.port_mut(from) = None;
+                hearer.into_iter().for_each(|hearer| self.let_hear(from, hearer));
+            }
         }
     }
 

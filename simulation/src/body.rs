@@ -5,7 +5,7 @@ use plants::dock::Latch;
 use plants::joint::{Joint, volts};
 use plants::motor::Motor;
 use tasks::dock::{Dock, DockSet};
-use tasks::docking::latch::End;
+use tasks::docking::latch::{End, EndSwitches};
 use tasks::motor::Axis;
 use tasks::motor::joint::Reading;
 use tasks::superbot::{MASTER, SLAVE};
@@ -100,6 +100,12 @@ impl Body {
 
     pub fn latch_mut(&mut self, dock: Dock) -> &mut Latch {
         &mut self.latches[usize::from(dock.index())]
+    }
+
+    /// The switches at the ends of a dock's latch.
+    pub fn end_switches(&self, dock: Dock) -> EndSwitches {
+        let latch = self.latch(dock);
+        EndSwitches { is_released: latch.is_released(), is_latched: latch.is_latched() }
     }
 
     /// The angles of the joints.

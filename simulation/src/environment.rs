@@ -27,6 +27,10 @@ pub trait Environment: Send {
     /// The free docks that a dock looks at.
     fn facing(&self, wiring: &Wiring, from: Face) -> Vec<Facing>;
 
+    /// The free docks that are heard by another one, which holds on to nothing either: each with the nearest
+    /// that hears it. Both modules have power.
+    fn in_sight(&self, wiring: &Wiring) -> Vec<(Face, Face)>;
+
     /// Why the world can't go on.
     fn trouble(&self) -> Option<&Trouble>;
 

@@ -46,6 +46,10 @@ impl Environment for Breaks {
         Vec::new()
     }
 
+    fn in_sight(&self, _wiring: &Wiring) -> Vec<(Face, Face)> {
+        Vec::new()
+    }
+
     fn trouble(&self) -> Option<&Trouble> {
         self.trouble.as_ref()
     }

@@ -36,6 +36,21 @@ pub trait Receive {
     fn overruns(&self, task: &mut Task) -> u16;
 }
 
+/// The latches of an MCU's docks, for the links.
+pub trait Latches {
+    /// Whether the latch of `dock` is open for sure, so that no other dock can hold on to it.
+    fn is_open(dock: Dock) -> bool;
+}
+
+/// Links at docks that have no latches.
+pub struct NoLatches;
+
+impl Latches for NoLatches {
+    fn is_open(_: Dock) -> bool {
+        false
+    }
+}
+
 /// How a transfer over the bus between the MCUs ended.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug))]

@@ -226,8 +226,7 @@ impl<const N: usize, const IS_SLAVE: bool> Surroundings for Around<'_, N, IS_SLA
     }
 
     fn end_switches(&mut self, dock: Dock) -> EndSwitches {
-        let latch = self.body.latch(dock);
-        EndSwitches { is_released: latch.is_released(), is_latched: latch.is_latched() }
+        self.body.end_switches(dock)
     }
 
     fn drive_latch(&mut self, dock: Dock, to: Option<End>) {

@@ -76,6 +76,8 @@ pub struct Native {
     output: Output,
     commands: u8,
     world: Option<Box<dyn Environment>>,
+    /// The free docks that are heard by another one, and by which.
+    in_sight: Vec<(Face, Face)>,
 }
 
 /// One direction of a link.
@@ -122,6 +124,7 @@ impl Native {
             output: Output::default(),
             commands: 0,
             world: None,
+            in_sight: Vec::new(),
         };
         robot.measure();
         robot
@@ -132,9 +135,10 @@ impl Native {
         self.tile = modules.max(1);
     }
 
-    /// Measures how far apart the indices of neighbours are.
+    /// Measures how far apart the indices are of modules that hear each other.
     fn measure(&mut self) {
-        let distances = self.wiring.links().map(|(one, other)| one.module.abs_diff(other.module));
+        let hearing = self.wiring.links().chain(self.in_sight.iter().copied());
+        let distances = hearing.map(|(one, other)| one.module.abs_diff(other.module));
         self.distance = distances.max().unwrap_or(0);
     }
 
@@ -182,7 +186,8 @@ impl Native {
         if self.wiring.obstacles(from.module).contains(from.dock) {
             self.arrive(from, flight.clone().later(lateness(from.dock, from.dock)));
         }
-        let Some(to) = self.wiring.peer(from) else { return };
+        let in_sight = || self.in_sight.iter().find(|(sender, _)| *sender == from).map(|(_, hearer)| *hearer);
+        let Some(to) = self.wiring.peer(from).or_else(in_sight) else { return };
         if self.has_faults {
             let channel = &mut self.channels[from.module][usize::from(from.dock.index())];
             if channel.random.chance(channel.loss) {

@@ -257,9 +257,11 @@ impl Module {
         }
         self.touched.insert(dock);
         let ticks = self.clocks[mcu_of(dock) as usize].ticks(now);
+        // Without a body a dock has no latch.
+        let is_open = self.embodied().is_some_and(|it| it.body.end_switches(dock).is_open());
         let inside = &mut self.inside;
         let port = &mut self.ports[usize::from(dock.index())];
-        port.receive(ticks, &flight.wire, |message| {
+        port.receive(ticks, &flight.wire, is_open, |message| {
             // What comes in by a dock does not go out by another: the router sees to that.
             inside.deliver(now, mcu_of(dock), message, Source::Dock(dock)).map(|_| ())
         });

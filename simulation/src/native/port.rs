@@ -216,15 +216,17 @@ impl Port {
         flight
     }
 
-    /// Deals with a frame as the receiving task does. `deliver` hands a message on.
+    /// Deals with a frame as the receiving task does, at a dock whose latch may be open. `deliver` hands a
+    /// message on.
     pub fn receive(
         &mut self,
         ticks: u16,
         wire: &Wire,
+        is_open: bool,
         deliver: impl FnMut(Message) -> Result<(), Undelivered>,
     ) {
         let end = &mut self.end;
-        self.receiver.receive(ticks, wire.frame(), &mut Delivering { end, deliver });
+        self.receiver.receive(ticks, wire.frame(), &mut Delivering { end, is_open, deliver });
     }
 }
 
@@ -261,6 +263,7 @@ impl Departing for End {
 /// An end, and where its messages go.
 struct Delivering<'a, Deliver> {
     end: &'a mut End,
+    is_open: bool,
     deliver: Deliver,
 }
 
@@ -286,5 +289,9 @@ impl<Deliver: FnMut(Message) -> Result<(), Undelivered>> Arriving for Delivering
 
     fn wake_sender(&mut self) {
         self.end.is_awake = true;
+    }
+
+    fn is_open(&self) -> bool {
+        self.is_open
     }
 }

@@ -17,6 +17,9 @@ use crate::wiring::{Face, Wiring, WiringError};
 /// How often docks are looked at, if any of them does something, in cycles: 10 ms.
 const DOCKING: u64 = 10 * MILLISECOND;
 
+/// How often it is found out which free docks hear which, in cycles: 100 ms.
+const SIGHT: u64 = 100 * MILLISECOND;
+
 impl Native {
     /// Puts a robot at power-up into a world, which has it as it is wired.
     #[must_use]
@@ -45,6 +48,9 @@ impl Native {
             self.due[index] = self.due[index].min(module.due());
         }
         world.step();
+        if self.now.is_multiple_of(SIGHT) {
+            self.look_around();
+        }
         let does_something = |body: &Embodied| body.body.has_arrived() || !body.looking().is_empty();
         if self.now.is_multiple_of(DOCKING)
             && self.modules.iter().filter_map(|module| module.embodied()).any(does_something)
@@ -59,7 +65,15 @@ impl Native {
     pub(super) fn change_world(&mut self, change: &Change, before: &Wiring) {
         let Some(world) = &mut self.world else { return };
         world.change(change, before, &self.wiring);
+        self.look_around();
         self.set_latches(before);
+    }
+
+    /// Lets free docks hear those that they see in the world by now.
+    fn look_around(&mut self) {
+        let Some(world) = &self.world else { return };
+        self.in_sight = world.in_sight(&self.wiring);
+        self.measure();
     }
 }
 

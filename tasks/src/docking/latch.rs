@@ -29,6 +29,14 @@ pub struct EndSwitches {
     pub is_latched: bool,
 }
 
+impl EndSwitches {
+    /// Whether the latch is open for sure, so that no other dock can hold on to it. Where both switches are
+    /// pressed one is broken.
+    pub fn is_open(self) -> bool {
+        self.is_released && !self.is_latched
+    }
+}
+
 /// Why a latch did not arrive. A new order makes the motor try again.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(not(target_arch = "avr"), derive(Debug, Hash))]
@@ -168,6 +176,13 @@ mod tests {
     extern crate std;
     use super::*;
     use std::collections::HashSet;
+
+    #[test]
+    fn a_latch_is_open_for_sure_only_where_one_switch_says_so_and_the_other_does_not_deny_it() {
+        let is_open = |is_released, is_latched| EndSwitches { is_released, is_latched }.is_open();
+        assert!(is_open(true, false));
+        assert!(!is_open(false, false) && !is_open(false, true) && !is_open(true, true));
+    }
 
     /// Every state that any readings and orders lead to, and every reading in each of them.
     #[test]

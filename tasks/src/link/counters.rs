@@ -20,7 +20,7 @@ counters! {
         gave_up,
         /// Own frames that came back.
         reflections,
-        /// Messages for a task that this module does not run.
+        /// Messages for a task that this module does not run, and probes that came in at an open dock.
         ignored,
         /// Messages that no neighbour may send: for a system task, or to be passed on.
         refused,

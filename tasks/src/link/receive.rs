@@ -3,6 +3,8 @@
 //!
 //! Each runs to completion for what has come at its dock, so they share a stack.
 
+use core::marker::PhantomData;
+
 use kernel::{Never, Semaphore, Task, now};
 
 use super::counters::Counted;
@@ -12,7 +14,7 @@ use super::port::{AtPort, Port};
 use super::receiver::{Arriving, Receiver};
 use super::sender::Shared;
 use super::sizes::MAX_WIRE;
-use crate::device::Receive;
+use crate::device::{Latches, Receive};
 use crate::message::Message;
 use crate::post_office::{PostOffice, Undelivered};
 use crate::router::Source;
@@ -41,7 +43,7 @@ impl<Line: Receive> Incoming<Line> {
 
     /// Takes what has come in.
     #[inline(always)] // a frame of its own would take 30 bytes more of the stack
-    pub fn receive(&mut self, task: &mut Task, office: &'static PostOffice) {
+    pub fn receive<L: Latches>(&mut self, task: &mut Task, office: &'static PostOffice) {
         while let Some(length) = self.line.receive(task, &mut self.wire) {
             let (port, overruns) = (self.port, self.line.overruns(task));
             port.counters.overruns.set(task, overruns);
@@ -51,14 +53,16 @@ impl<Line: Receive> Incoming<Line> {
                 continue;
             };
             let time = now(task);
-            self.receiver.receive(time, frame, &mut Delivering { port: AtPort { task, port }, office });
+            let port = AtPort { task, port };
+            let latches = PhantomData::<L>;
+            self.receiver.receive(time, frame, &mut Delivering { port, office, latches });
         }
     }
 }
 
-/// Runs the receiving tasks of `docks`, which wait on `signal`. The seed of each should differ from dock to
+/// Runs the receiving tasks of `docks`, whose latches are `L`'s. They wait on `signal`. The seed of each should differ from dock to
 /// dock and from boot to boot; see [`Endpoint::new`](super::endpoint::Endpoint::new).
-pub fn run<Line: Receive, const N: usize>(
+pub fn run<Line: Receive, L: Latches, const N: usize>(
     task: &mut Task,
     mut docks: [Incoming<Line>; N],
     signal: &'static Semaphore,
@@ -70,19 +74,20 @@ pub fn run<Line: Receive, const N: usize>(
     }
     loop {
         for dock in &mut docks {
-            dock.receive(task, office);
+            dock.receive::<L>(task, office);
         }
         signal.wait(task);
     }
 }
 
 /// A port, and where its messages go.
-struct Delivering<'a> {
+struct Delivering<'a, L> {
     port: AtPort<'a>,
     office: &'static PostOffice,
+    latches: PhantomData<L>,
 }
 
-impl Shared for Delivering<'_> {
+impl<L> Shared for Delivering<'_, L> {
     fn endpoint<R>(&mut self, work: impl FnOnce(&mut Endpoint) -> R) -> R {
         self.port.endpoint(work)
     }
@@ -92,7 +97,7 @@ impl Shared for Delivering<'_> {
     }
 }
 
-impl Arriving for Delivering<'_> {
+impl<L: Latches> Arriving for Delivering<'_, L> {
     #[inline(always)] // a frame of its own would take 40 bytes more of the stack
     fn deliver(&mut self, message: Message) -> Result<(), Undelivered> {
         let AtPort { task, port } = &mut self.port;
@@ -105,5 +110,9 @@ impl Arriving for Delivering<'_> {
 
     fn wake_sender(&mut self) {
         self.port.port.mailbox().wake(self.port.task);
+    }
+
+    fn is_open(&self) -> bool {
+        L::is_open(self.port.port.dock())
     }
 }

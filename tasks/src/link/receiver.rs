@@ -30,6 +30,9 @@ pub trait Arriving: Shared {
 
     /// Has the sender check whether its message has arrived.
     fn wake_sender(&mut self);
+
+    /// Whether the dock's latch is open for sure, so that no other dock can hold on to it.
+    fn is_open(&self) -> bool;
 }
 
 /// The receiving half of a dock's link.
@@ -56,6 +59,11 @@ impl Receiver {
             }
             endpoint.on_frame(frame)
         });
+        // Infrared reaches farther than hooks. A probe that comes in at an open dock is of a module nearby that
+        // is no neighbour. A message may come in there all the same, of a remote control.
+        if matches!(arrival, Arrival::Datagram { .. }) && dock.is_open() {
+            return dock.count(Counted::Ignored);
+        }
         if !matches!(arrival, Arrival::Reflection) {
             self.heard_at = now;
         }

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard};
 
 use kernel::{Priority, Semaphore, Stack, Task, Ticks, host, now};
-use tasks::device::{Receive, Transmit};
+use tasks::device::{NoLatches, Receive, Transmit};
 use tasks::dock::Dock;
 use tasks::link::counters::LinkCounters;
 use tasks::link::frame::Frame;
@@ -171,7 +171,13 @@ fn run_with(fate: fn(usize) -> Fate, seeds: [u16; 2], pauses: [Vec<Ticks>; 2]) -
                 let (port, office, line) = (ports[end], offices[end], End(Arc::clone(&shared), end));
                 let (there, signal) = (line.clone(), forever(Semaphore::new(0)));
                 let receive = move |task: &mut Task| {
-                    receive::run(task, [Incoming::new(port, there)], signal, office, [seeds[end]])
+                    receive::run::<_, NoLatches, _>(
+                        task,
+                        [Incoming::new(port, there)],
+                        signal,
+                        office,
+                        [seeds[end]],
+                    )
                 };
                 stacks[0].start(boot, Priority::P1, receive).expect("the stack is free");
                 let send = move |task: &mut Task| send::run(task, port, line, seeds[end]);

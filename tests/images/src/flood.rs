@@ -13,6 +13,7 @@ use hormone::pace::Pace;
 use hormone::task::Here;
 use kernel::{Boot, Never, Priority, Semaphore, Stack, Task, Ticks, now};
 use tasks::api::Api;
+use tasks::device::NoLatches;
 use tasks::dock::Dock;
 use tasks::link::port::Port;
 use tasks::link::receive::{self, Incoming};
@@ -101,7 +102,7 @@ pub fn begin(
     let (transmitter, receiver) = board.usart0.start(interrupts);
     RECEIVE
         .start(boot, Priority::P1, move |task| {
-            receive::run(task, [Incoming::new(port, receiver)], &RECEIVED, office, [seed])
+            receive::run::<_, NoLatches, _>(task, [Incoming::new(port, receiver)], &RECEIVED, office, [seed])
         })
         .ok()?;
     SEND.start(boot, Priority::P2, move |task| send::run(task, port, transmitter, seed)).ok()?;

@@ -23,7 +23,7 @@ mod trial;
 use board::Board;
 use board::debug::mark;
 use board::joints::Joints;
-use board::peripherals::{MasterSide, Peripherals};
+use board::peripherals::{Latches, MasterSide, Peripherals};
 use board::serial::{Receiver, has_sent};
 use board::sleep::sleep_unless;
 use board::soft_uart::SoftUart;
@@ -207,7 +207,7 @@ static SENDING: [(Parts, Parts); 3] =
 /// Takes the frames that have come in at a dock.
 #[inline(never)] // its stack is needed here alone
 fn receive(task: &mut Task, dock: &mut Incoming<Receiver>) {
-    dock.receive(task, &OFFICE);
+    dock.receive::<Latches>(task, &OFFICE);
 }
 
 /// Sleeps until a part is due. Returns all parts that are.

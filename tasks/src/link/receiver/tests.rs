@@ -13,6 +13,7 @@ struct Desk {
     acknowledged: Vec<Label>,
     woken: usize,
     counted: Vec<Counted>,
+    is_open: bool,
 }
 
 impl Shared for Desk {
@@ -40,6 +41,10 @@ impl Arriving for Desk {
     fn wake_sender(&mut self) {
         self.woken += 1;
     }
+
+    fn is_open(&self) -> bool {
+        self.is_open
+    }
 }
 
 const TO: TaskCode = TaskCode::HORMONE;
@@ -52,6 +57,7 @@ fn here() -> (Receiver, Desk) {
         acknowledged: Vec::new(),
         woken: 0,
         counted: Vec::new(),
+        is_open: false,
     };
     (Receiver::new(Dock::Front, 65_500), desk)
 }
@@ -114,6 +120,26 @@ fn ones_own_reflections_break_no_silence() {
     }
     receiver.receive(SILENCE + 1, frame, &mut desk);
     assert_eq!(desk.delivered.len(), 2, "who speaks may be another module");
+}
+
+/// Neither is a neighbour, nor is one of them taken for the other.
+#[test]
+fn at_an_open_dock_probes_are_passed_over_and_messages_are_not() {
+    let (mut receiver, mut desk) = here();
+    let (frame, _) = data(&mut Endpoint::new(Dock::Back, 9, 2), &[5]);
+    let probe = |signature| Frame::Datagram { signature, to: TO, payload: &[6] };
+    let mut nearby = Endpoint::new(Dock::Left, 7, 2);
+    receiver.receive(0, frame, &mut desk);
+    desk.is_open = true;
+    for now in (0..=SILENCE).step_by(40) {
+        receiver.receive(now, probe(nearby.sign_datagram()), &mut desk);
+        assert_eq!(desk.counted.last(), Some(&Counted::Ignored));
+    }
+    receiver.receive(SILENCE + 1, frame, &mut desk);
+    assert_eq!(desk.delivered.len(), 2, "who speaks may be another module");
+    desk.is_open = false;
+    receiver.receive(SILENCE + 2, probe(nearby.sign_datagram()), &mut desk);
+    assert_eq!(desk.delivered.len(), 3);
 }
 
 #[test]

@@ -7,6 +7,7 @@ use board::superbot::MASTER;
 use board::tick::Tick;
 use board::usart::Usart0;
 use kernel::{Boot, MaskedCell, Never, Priority, Semaphore, Stack, Task};
+use tasks::device::NoLatches;
 use tasks::dock::DockSet;
 use tasks::link::port::Port;
 use tasks::link::receive::{self, Incoming};
@@ -58,7 +59,7 @@ where
     board.tick.start(interrupts);
     let (transmitter, receiver) = board.usart0.start(interrupts);
     start(RECEIVE.start(boot, Priority::P1, move |task| {
-        receive::run(task, [Incoming::new(&LINK, receiver)], &RECEIVED, &OFFICE, [seed])
+        receive::run::<_, NoLatches, _>(task, [Incoming::new(&LINK, receiver)], &RECEIVED, &OFFICE, [seed])
     }));
     start(SEND.start(boot, Priority::P2, move |task| send::run(task, &LINK, transmitter, seed)));
     start(TASK.start(boot, Priority::P4, move |task| if is_sender { fill(task) } else { count(task) }));
