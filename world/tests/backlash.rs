@@ -32,8 +32,8 @@ fn a_half_that_nothing_bears_sags_by_half_the_backlash() {
     }
 }
 
-/// A motor has turned by the sum of its speeds. In a larger backlash friction would carry the half along before
-/// it comes to the side.
+/// A motor has turned by the sum of its speeds. In a larger backlash friction would carry the half along
+/// before it comes to the side.
 #[test]
 fn a_half_lags_behind_its_motor_by_half_the_backlash_whichever_way_that_turns() {
     for backlash in [0.5, 1.0] {

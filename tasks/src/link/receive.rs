@@ -60,8 +60,9 @@ impl<Line: Receive> Incoming<Line> {
     }
 }
 
-/// Runs the receiving tasks of `docks`, whose latches are `L`'s. They wait on `signal`. The seed of each should differ from dock to
-/// dock and from boot to boot; see [`Endpoint::new`](super::endpoint::Endpoint::new).
+/// Runs the receiving tasks of `docks`, whose latches are `L`'s. They wait on `signal`. The seed of each
+/// should differ from dock to dock and from boot to boot; see
+/// [`Endpoint::new`](super::endpoint::Endpoint::new).
 pub fn run<Line: Receive, L: Latches, const N: usize>(
     task: &mut Task,
     mut docks: [Incoming<Line>; N],

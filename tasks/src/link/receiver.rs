@@ -59,8 +59,8 @@ impl Receiver {
             }
             endpoint.on_frame(frame)
         });
-        // Infrared reaches farther than hooks. A probe that comes in at an open dock is of a module nearby that
-        // is no neighbour. A message may come in there all the same, of a remote control.
+        // Infrared reaches farther than hooks. A probe that comes in at an open dock is of a module nearby
+        // that is no neighbour. A message may come in there all the same, of a remote control.
         if matches!(arrival, Arrival::Datagram { .. }) && dock.is_open() {
             return dock.count(Counted::Ignored);
         }
