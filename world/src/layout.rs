@@ -1,7 +1,5 @@
 //! Where the numbers of modules are in MuJoCo's state.
 
-use crate::model::Placed;
-
 /// The index of the first hinge among the positions of a module, behind three numbers and a quaternion of its
 /// root; and among its speeds, behind six of its root.
 pub const HINGE_POSITION: usize = 7;
@@ -15,8 +13,8 @@ pub struct Layout {
 }
 
 impl Layout {
-    pub fn of(modules: &[Placed]) -> Self {
-        Layout { hinges: if modules.iter().any(|module| module.make.backlash > 0.0) { 2 } else { 1 } }
+    pub fn new(has_backlash: bool) -> Self {
+        Layout { hinges: if has_backlash { 2 } else { 1 } }
     }
 
     /// Whether each joint has a hinge for the backlash of its gear.

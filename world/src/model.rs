@@ -82,6 +82,11 @@ pub fn welds(modules: usize) -> usize {
     modules * Dock::ALL.len() / 2
 }
 
+/// Where the numbers of these modules are.
+pub fn layout(modules: &[Placed]) -> Layout {
+    Layout::new(modules.iter().any(|module| module.make.backlash > 0.0))
+}
+
 /// The text of a model with these modules on this ground. All joints are straight.
 pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
     let mut xml = String::new();
@@ -104,7 +109,7 @@ pub fn text(modules: &[Placed], ground: &Ground) -> Result<String, fmt::Error> {
         stop = STOP.to_radians()
     )?;
     ground.write(&mut xml)?;
-    let layout = Layout::of(modules);
+    let layout = layout(modules);
     for module in modules {
         write_module(&mut xml, module, layout, ground.friction)?;
     }

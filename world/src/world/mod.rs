@@ -65,7 +65,7 @@ impl World {
         assert!(std::hint::black_box(libm::bound()).all(|function| function != 0));
         let text = model::text(modules, ground).map_err(|error| WorldError::Model(error.to_string()))?;
         let mut simulation = Simulation::new(&text).map_err(WorldError::Model)?;
-        let layout = Layout::of(modules);
+        let layout = model::layout(modules);
         for (module, Placed { angles, .. }) in modules.iter().enumerate() {
             for (joint, degrees) in angles.iter().enumerate() {
                 simulation.positions_mut()[layout.position(module, joint)] = degrees.to_radians();
