@@ -2,23 +2,29 @@
 
 use crate::common::{at, chain};
 use plants::geometry::Dock;
-use world::{Block, Face, Ground, Moment, Placed, Trouble, World, WorldError};
+use world::{Block, Face, Ground, Make, Moment, Placed, Trouble, World, WorldError};
 
-fn two() -> World {
-    World::new(&[at(0.0, 0.0, 0.0), at(0.0, 500.0, 0.0)], &Ground::default()).unwrap()
+/// Two modules, whose gears have so much backlash, in degrees.
+fn two(backlash: f64) -> World {
+    let make = Make { backlash, ..Make::default() };
+    let modules = [0.0, 500.0].map(|y| Placed { make, ..at(0.0, y, 0.0) });
+    World::new(&modules, &Ground::default()).unwrap()
 }
 
 #[test]
 fn a_joint_that_turns_as_none_can_is_named() {
-    let mut world = two();
-    let calm = [0.0; 3];
-    let trouble = (0..1000).find_map(|_| world.step(&[calm, [0.0, 1e4, 0.0]]).err());
-    let Some(Trouble { seconds, place, last, .. }) = trouble else { panic!("the world holds") };
-    assert!(seconds > 0.0 && place.starts_with("module 1, back of the roll"), "{place} after {seconds}");
-    let &Moment { seconds: end, degrees, degrees_per_second, volts } = last.last().expect("the last moment");
-    assert!((end, volts) == (seconds, 1e4) && degrees_per_second > 1500.0, "{last:?}");
-    let [angle, speed] = [world.angles(1), world.speeds(1)].map(|joints| joints[1].to_degrees());
-    assert_eq!((degrees, degrees_per_second), (angle, speed), "as the world has it");
+    for backlash in [0.0, 1.0] {
+        let mut world = two(backlash);
+        let calm = [0.0; 3];
+        let trouble = (0..1000).find_map(|_| world.step(&[calm, [0.0, 1e4, 0.0]]).err());
+        let Some(Trouble { seconds, place, last, .. }) = trouble else { panic!("the world holds") };
+        assert!(seconds > 0.0 && place.starts_with("module 1, back of the roll"), "{place} after {seconds}");
+        let &Moment { seconds: end, degrees, degrees_per_second, volts } =
+            last.last().expect("the last moment");
+        assert!((end, volts) == (seconds, 1e4) && degrees_per_second > 1500.0, "{last:?}");
+        let [angle, speed] = [world.angles(1), world.speeds(1)].map(|joints| joints[1].to_degrees());
+        assert_eq!((degrees, degrees_per_second), (angle, speed), "as the world has it");
+    }
 }
 
 #[test]
@@ -57,10 +63,16 @@ fn docks_that_can_not_meet_are_named() {
 
 #[test]
 fn a_number_that_is_none_is_told_with_its_module() {
-    let mut world = two();
-    let trouble = world.step(&[[0.0; 3], [f64::NAN, 0.0, 0.0]]).unwrap_err();
-    assert!(trouble.to_string().contains("module 1, half with the Front dock"), "{trouble}");
-    assert!(trouble.to_string().contains("not a number"), "{trouble}");
+    let parts = ["half with the Front dock", "back of the roll", "half with the Back dock"];
+    for backlash in [0.0, 1.0] {
+        for (joint, part) in parts.into_iter().enumerate() {
+            let mut volts = [[0.0; 3]; 2];
+            volts[1][joint] = f64::NAN;
+            let trouble = two(backlash).step(&volts).unwrap_err().to_string();
+            assert!(trouble.contains(&format!("module 1, {part}")), "{trouble}");
+            assert!(trouble.contains("not a number"), "{trouble}");
+        }
+    }
 }
 
 #[test]
