@@ -2,6 +2,7 @@
 
 use simulation::{Body, CLOCK_HZ, Drives};
 use tasks::dock::{Dock, DockSet};
+use tasks::docking::latch::EndSwitches;
 use tasks::superbot::{MASTER, SLAVE};
 
 use crate::Controller;
@@ -106,8 +107,8 @@ impl BodyPins {
                     analog.pins[4 + place] = 2.5 + 0.5 * amperes;
                     analog.multiplexed[place] = body.light_volts(dock);
                 });
-                let latch = body.latch(dock);
-                let pressed = [latch.is_released(), latch.is_latched()];
+                let EndSwitches { is_released, is_latched } = body.end_switches(dock);
+                let pressed = [is_released, is_latched];
                 for ((end, is_pressed), shown) in (0..).zip(pressed).zip(&mut self.switches[index]) {
                     if shown.replace(is_pressed) != Some(is_pressed) {
                         // Pressed, a switch pulls its pin low.

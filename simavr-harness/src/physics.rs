@@ -1,5 +1,7 @@
 //! The world that a robot is in, and the data that the two exchange each millisecond.
 
+use std::collections::HashMap;
+
 use plants::dock::{SIGHT, hears};
 use plants::geometry;
 use simulation::{
@@ -149,11 +151,12 @@ impl Environment for Physics {
         facing.collect()
     }
 
-    fn in_sight(&self, wiring: &Wiring) -> Vec<(Face, Face)> {
+    fn in_sight(&self, wiring: &Wiring) -> HashMap<Face, Face> {
         let is_free = |face: &Face| wiring.attached(*face).is_none() && wiring.has_power(face.module);
         let dock = |face: Face| (face, (place(face).dock, self.world.dock(place(face))));
         let free: Vec<_> = wiring.docks().filter(is_free).map(dock).collect();
         let pairs = free.iter().filter_map(|&(from, own)| {
+            // Most docks are far away, which takes less time to find out than how they lie.
             let near = free.iter().filter(|(face, (_, there))| {
                 *face != from && own.1.translation.distance_squared(there.translation) <= SIGHT * SIGHT
             });
@@ -210,8 +213,8 @@ mod tests {
             physics.in_sight(&wiring)
         };
         let [one, other] = [(0, Dock::Back), (1, Dock::Front)].map(|(module, dock)| Face { module, dock });
-        assert_eq!(change(Change::Roll(0.0)), []);
-        assert_eq!(change(Change::Detach(one)), [(one, other), (other, one)]);
-        assert_eq!(change(Change::Kill(0)), []);
+        assert_eq!(change(Change::Roll(0.0)), HashMap::new());
+        assert_eq!(change(Change::Detach(one)), HashMap::from([(one, other), (other, one)]));
+        assert_eq!(change(Change::Kill(0)), HashMap::new());
     }
 }

@@ -405,10 +405,12 @@ impl Robot {
         let in_sight = physics.in_sight(&self.wiring);
         let free: Vec<Face> = self.wiring.docks().filter(|&face| self.wiring.peer(face).is_none()).collect();
         for from in free {
-            let hearer = in_sight.iter().find(|(sender, _)| *sender == from).map(|(_, hearer)| *hearer);
+            let hearer = in_sight.get(&from).copied();
             if self.port_mut(from).as_ref().map(|port| port.peer) != hearer {
                 *self.port_mut(from) = None;
-                hearer.into_iter().for_each(|hearer| self.let_hear(from, hearer));
+                if let Some(hearer) = hearer {
+                    self.let_hear(from, hearer);
+                }
             }
         }
     }

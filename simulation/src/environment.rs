@@ -1,5 +1,7 @@
 //! The surroundings that a simulated robot may have: a world with ground under it.
 
+use std::collections::HashMap;
+
 use crate::body::Body;
 use crate::change::Change;
 use crate::placing::Placing;
@@ -27,9 +29,8 @@ pub trait Environment: Send {
     /// The free docks that a dock looks at.
     fn facing(&self, wiring: &Wiring, from: Face) -> Vec<Facing>;
 
-    /// The free docks that are heard by another one, which holds on to nothing either: each with the nearest
-    /// that hears it. Both modules have power.
-    fn in_sight(&self, wiring: &Wiring) -> Vec<(Face, Face)>;
+    /// By each free dock that another free one hears, the nearest of these. Both modules have power.
+    fn in_sight(&self, wiring: &Wiring) -> HashMap<Face, Face>;
 
     /// Why the world can't go on.
     fn trouble(&self) -> Option<&Trouble>;

@@ -1,5 +1,7 @@
 //! A run stops where it has to: what is due happens there, and pauses change nothing.
 
+use std::collections::HashMap;
+
 use plants::motion::Motion;
 use simulation::{
     Angles, Body, Change, Environment, Event, Face, Facing, MILLISECOND, Native, Placing, Robot, Run, Shape,
@@ -46,8 +48,8 @@ impl Environment for Breaks {
         Vec::new()
     }
 
-    fn in_sight(&self, _wiring: &Wiring) -> Vec<(Face, Face)> {
-        Vec::new()
+    fn in_sight(&self, _wiring: &Wiring) -> HashMap<Face, Face> {
+        HashMap::new()
     }
 
     fn trouble(&self) -> Option<&Trouble> {

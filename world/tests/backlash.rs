@@ -17,7 +17,7 @@ fn on_block(mass: f64, backlash: [f64; 2]) -> World {
     World::new(&modules, &ground).unwrap()
 }
 
-/// The motor stands in the middle of it.
+/// At the start each motor is in the middle of its gear's backlash, and it does not turn.
 #[test]
 fn a_half_that_nothing_bears_sags_by_half_the_backlash() {
     for backlash in [0.5, 1.0, 2.0, 10.0] {

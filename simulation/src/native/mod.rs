@@ -19,6 +19,7 @@ mod port;
 mod time;
 mod world;
 
+use std::collections::HashMap;
 use std::hash::{Hash, Hasher};
 
 use tasks::dock::Dock;
@@ -76,8 +77,8 @@ pub struct Native {
     output: Output,
     commands: u8,
     world: Option<Box<dyn Environment>>,
-    /// The free docks that are heard by another one, and by which.
-    in_sight: Vec<(Face, Face)>,
+    /// By each free dock that another free one hears, the nearest of these.
+    in_sight: HashMap<Face, Face>,
 }
 
 /// One direction of a link.
@@ -124,7 +125,7 @@ impl Native {
             output: Output::default(),
             commands: 0,
             world: None,
-            in_sight: Vec::new(),
+            in_sight: HashMap::new(),
         };
         robot.measure();
         robot
@@ -137,7 +138,7 @@ impl Native {
 
     /// Measures how far apart the indices are of modules that hear each other.
     fn measure(&mut self) {
-        let hearing = self.wiring.links().chain(self.in_sight.iter().copied());
+        let hearing = self.wiring.links().chain(self.in_sight.iter().map(|(&from, &to)| (from, to)));
         let distances = hearing.map(|(one, other)| one.module.abs_diff(other.module));
         self.distance = distances.max().unwrap_or(0);
     }
@@ -186,7 +187,7 @@ impl Native {
         if self.wiring.obstacles(from.module).contains(from.dock) {
             self.arrive(from, flight.clone().later(lateness(from.dock, from.dock)));
         }
-        let in_sight = || self.in_sight.iter().find(|(sender, _)| *sender == from).map(|(_, hearer)| *hearer);
+        let in_sight = || self.in_sight.get(&from).copied();
         let Some(to) = self.wiring.peer(from).or_else(in_sight) else { return };
         if self.has_faults {
             let channel = &mut self.channels[from.module][usize::from(from.dock.index())];

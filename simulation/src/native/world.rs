@@ -18,7 +18,7 @@ use crate::wiring::{Face, Wiring, WiringError};
 const DOCKING: u64 = 10 * MILLISECOND;
 
 /// How often it is found out which free docks hear which, in cycles: 100 ms.
-const SIGHT: u64 = 100 * MILLISECOND;
+const LOOK_AROUND: u64 = 100 * MILLISECOND;
 
 impl Native {
     /// Puts a robot at power-up into a world, which has it as it is wired.
@@ -48,7 +48,7 @@ impl Native {
             self.due[index] = self.due[index].min(module.due());
         }
         world.step();
-        if self.now.is_multiple_of(SIGHT) {
+        if self.now.is_multiple_of(LOOK_AROUND) {
             self.look_around();
         }
         let does_something = |body: &Embodied| body.body.has_arrived() || !body.looking().is_empty();
