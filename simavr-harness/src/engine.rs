@@ -27,8 +27,8 @@ use crate::shares::Shares;
 /// of windows.
 const DOCKING_STEP: u64 = 40 * LONGEST_WINDOW;
 
-/// The period at which accelerometers are shown how the modules lie, without a world, and at which it is found
-/// out which free docks hear which, in one. In cycles: 104 ms.
+/// The period at which accelerometers are shown how the modules lie, without a world, and at which it is
+/// found out which free docks hear which, in one. In cycles: 104 ms.
 const SAMPLE_PERIOD: u64 = 10 * DOCKING_STEP;
 
 /// A robot and the threads that run it.
