@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use plants::dock::{SIGHT, hears};
 use plants::geometry;
 use simulation::{
-    Body, Change, Environment, Face, Facing, Motion, Noise, PUSH_MILLISECONDS, Placing, Terrain, Wiring,
-    fnv_1a,
+    Body, Change, Environment, Face, Facing, Hooks, Motion, Noise, PUSH_MILLISECONDS, Placing, Terrain,
+    Wiring, fnv_1a,
 };
 use world::assumed::ACCELEROMETER_HZ;
 use world::{Ground, Make, Placed, STEP_SECONDS, Trouble, World, WorldError};
@@ -87,8 +87,8 @@ impl Physics {
 
 impl Environment for Physics {
     fn enter(&mut self, module: usize, body: &mut Body) {
-        let Make { motor, zeros, noise, noise_seed, .. } = self.makes[module];
-        body.equip(motor, zeros, Noise::new(noise, noise_seed));
+        let Make { motor, zeros, noise, noise_seed, misses, hooks_seed, .. } = self.makes[module];
+        body.equip(motor, zeros, Noise::new(noise, noise_seed), Hooks::new(misses, hooks_seed));
         self.exchange(module, body);
     }
 

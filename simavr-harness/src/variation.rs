@@ -29,10 +29,12 @@ pub enum Assumption {
     Converter,
     /// The backlash of its gears, in percent of the potentiometers' travel.
     Backlash,
+    /// How often the hooks of its latches miss a dock that they reach, in percent.
+    Hooks,
 }
 
 impl Assumption {
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Mass,
         Self::Friction,
         Self::Torque,
@@ -42,6 +44,7 @@ impl Assumption {
         Self::Potentiometer,
         Self::Converter,
         Self::Backlash,
+        Self::Hooks,
     ];
 
     pub fn name(self) -> &'static str {
@@ -55,6 +58,7 @@ impl Assumption {
             Self::Potentiometer => "potentiometer",
             Self::Converter => "converter",
             Self::Backlash => "backlash",
+            Self::Hooks => "hooks",
         }
     }
 
@@ -71,6 +75,7 @@ impl Assumption {
             Self::Potentiometer => make.zeros = [(); 3].map(|()| drawn() * POTENTIOMETER_TRAVEL),
             Self::Converter => (make.noise, make.noise_seed) = (part, random.next_u64()),
             Self::Backlash => make.backlash = part * POTENTIOMETER_TRAVEL,
+            Self::Hooks => (make.misses, make.hooks_seed) = (part, random.next_u64()),
         }
     }
 }
@@ -90,7 +95,7 @@ pub enum VariationError {
     Form,
     #[error(
         "there is no such assumption: give one of mass, friction, torque, current, \
-         gear-friction, gear-inertia, potentiometer, converter, backlash"
+         gear-friction, gear-inertia, potentiometer, converter, backlash, hooks"
     )]
     Name,
     #[error("give a variation from 0% to 90%")]
@@ -149,7 +154,7 @@ mod tests {
         makes
     }
 
-    /// The values of all assumptions but the last three, as multiples of what they are without variation.
+    /// The values of all assumptions but the last four, as multiples of what they are without variation.
     fn multiples(make: &Make) -> [f64; 6] {
         let values = |Make { mass, grip, motor, .. }: &Make| {
             let Motor { stall_torque, stall_current, sliding_friction, gear_inertia, .. } = *motor;
@@ -182,7 +187,7 @@ mod tests {
                     assert!((mean - 1.0).abs() < (to - from) / 8.0 + 1e-9, "{assumption:?} {text}: {mean}");
                 }
                 assert!(varied.iter().all(|make| make.zeros == [0.0; 3] && make.noise == 0.0));
-                assert!(varied.iter().all(|make| make.backlash == 0.0));
+                assert!(varied.iter().all(|make| make.backlash == 0.0 && make.misses == 0.0));
             }
         }
     }
@@ -208,6 +213,13 @@ mod tests {
     }
 
     #[test]
+    fn all_hooks_miss_as_often_as_is_said_and_each_for_itself() {
+        let makes = varied(&["hooks=30%"], 1);
+        assert!(makes.iter().all(|make| make.misses == 0.3));
+        assert!(makes.windows(2).all(|pair| pair[0].hooks_seed != pair[1].hooks_seed));
+    }
+
+    #[test]
     fn the_seed_alone_decides() {
         assert_eq!(varied(&["mass=20%"], 1), varied(&["mass=20%"], 1));
         assert_ne!(varied(&["mass=20%"], 1), varied(&["mass=20%"], 2));
@@ -225,6 +237,7 @@ mod tests {
                     6 => one.zeros == together.zeros,
                     7 => (one.noise, one.noise_seed) == (together.noise, together.noise_seed),
                     8 => one.backlash == together.backlash,
+                    9 => (one.misses, one.hooks_seed) == (together.misses, together.hooks_seed),
                     _ => multiples(one)[index] == multiples(together)[index],
                 };
                 assert!(same, "{text}: {one:?} and {together:?}");

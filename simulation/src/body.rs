@@ -10,6 +10,7 @@ use tasks::motor::Axis;
 use tasks::motor::joint::Reading;
 use tasks::superbot::{MASTER, SLAVE};
 
+use crate::hooks::Hooks;
 use crate::noise::Noise;
 use crate::pose::Angles;
 
@@ -44,6 +45,7 @@ pub struct Body {
     pub acceleration: [f64; 3],
     /// That of the converters that measure it.
     noise: Noise,
+    hooks: Hooks,
 }
 
 /// The drives that the MCUs give to motors and switches.
@@ -81,6 +83,7 @@ impl Default for Body {
             celsius: [25.0; 2],
             acceleration: [0.0, 0.0, 1.0],
             noise: Noise::default(),
+            hooks: Hooks::default(),
         }
     }
 }
@@ -114,9 +117,9 @@ impl Body {
     }
 
     /// Gives all joints this motor, and potentiometers that sit turned on their shafts by so many degrees;
-    /// and the converters that measure it so much noise.
-    pub fn equip(&mut self, motor: Motor, zeros: [f64; 3], noise: Noise) {
-        self.noise = noise;
+    /// the converters that measure it so much noise; and all latches these hooks.
+    pub fn equip(&mut self, motor: Motor, zeros: [f64; 3], noise: Noise, hooks: Hooks) {
+        (self.noise, self.hooks) = (noise, hooks);
         for (joint, zero) in self.joints.iter_mut().zip(zeros) {
             joint.motor = motor;
             joint.zero = zero;
@@ -187,6 +190,11 @@ impl Body {
     /// Takes the latches that have come to an end by their own motors since the last call.
     pub fn take_arrivals(&mut self) -> Vec<(Dock, End)> {
         std::mem::take(&mut self.arrivals)
+    }
+
+    /// Whether the hooks of a latch that closes take hold of a dock that they reach.
+    pub fn takes_hold(&mut self) -> bool {
+        self.hooks.take_hold()
     }
 
     /// Sets a latch that another motor than its own, or the builder of the robot, has moved.

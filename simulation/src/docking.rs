@@ -73,13 +73,14 @@ pub trait Bodies {
     }
 
     /// The change that follows, if any, when the latch of a dock has come to an end.
-    fn arrive(&self, at: Face, end: End) -> Option<Change> {
+    fn arrive(&mut self, at: Face, end: End) -> Option<Change> {
         let is_attached = self.wiring().attached(at).is_some();
         match end {
             End::Released if is_attached => Some(Change::Detach(at)),
             End::Latched if !is_attached => {
                 let Facing { face, millimetres, degrees } = self.before(at)?;
-                catches(millimetres, degrees).then_some(Change::Attach(at, face))
+                let is_held = catches(millimetres, degrees) && self.body_mut(at.module)?.takes_hold();
+                is_held.then_some(Change::Attach(at, face))
             }
             _ => None,
         }

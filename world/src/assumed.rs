@@ -55,6 +55,10 @@ pub struct Make {
     /// that decides on each of them. The world does not use them.
     pub noise: f64,
     pub noise_seed: u64,
+    /// The probability with which the hooks of a latch miss a dock that they reach, and the seed that decides
+    /// on each time. The world does not use them.
+    pub misses: f64,
+    pub hooks_seed: u64,
 }
 
 impl Default for Make {
@@ -68,6 +72,8 @@ impl Default for Make {
             zeros: [0.0; 3],
             noise: 0.0,
             noise_seed: 0,
+            misses: 0.0,
+            hooks_seed: 0,
         }
     }
 }

@@ -54,7 +54,8 @@ pub struct Sim {
     /// friction, torque, current, gear-friction or gear-inertia, as in mass=20%. With potentiometer=1%, vary
     /// how potentiometers sit on their shafts, by up to 1 % of their travel; with converter=0.2%, each
     /// reading of a converter, by up to 0.2 % of full scale. With backlash=0.3%, give each joint's gear that
-    /// much backlash, in percent of potentiometers' travel. May be given several times.
+    /// much backlash, in percent of potentiometers' travel; with hooks=50%, let latches miss every other dock
+    /// that they reach. May be given several times.
     #[arg(long, value_name = "WHAT=PERCENT%")]
     pub vary: Vec<Variation>,
 
