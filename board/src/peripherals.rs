@@ -81,19 +81,25 @@ impl Side for SlaveSide {
 pub struct Latches;
 
 impl Latches {
-    fn switches(dock: Dock) -> EndSwitches {
-        let place = place(MASTER, dock).or(place(SLAVE, dock));
+    fn switches(place: u8) -> EndSwitches {
         // A switch that is pressed pulls its pin low.
         let pressed = !SwitchPort::input();
-        let is_at = |end| place.is_some_and(|place| pressed & superbot::end_switch(place, end) != 0);
+        let is_at = |end| pressed & superbot::end_switch(place, end) != 0;
         EndSwitches { is_released: is_at(End::Released), is_latched: is_at(End::Latched) }
+    }
+
+    /// Whether the docking motor at this place is on.
+    fn is_driven(place: u8) -> bool {
+        let both = superbot::latch(place, End::Released) | superbot::latch(place, End::Latched);
+        LatchPort::output() & both != 0
     }
 }
 
 impl device::Latches for Latches {
     #[inline]
     fn is_open(dock: Dock) -> bool {
-        Self::switches(dock).is_open()
+        let place = place(MASTER, dock).or(place(SLAVE, dock));
+        place.is_some_and(|place| Self::switches(place).is_open(Self::is_driven(place)))
     }
 }
 
@@ -175,7 +181,8 @@ impl<S: Side> device::Peripherals for Peripherals<S> {
     }
 
     fn end_switches(&mut self, dock: Dock) -> EndSwitches {
-        Latches::switches(dock)
+        let none = EndSwitches { is_released: false, is_latched: false };
+        Self::place(dock).map_or(none, Latches::switches)
     }
 
     fn drive_latch(&mut self, dock: Dock, to: Option<End>) {

@@ -106,7 +106,7 @@ mod stack {
     pub static BRIDGE: Stack<159> = Stack::new();
     pub static AC_RECEIVE: Stack<132> = Stack::new();
     pub static AC_SEND: Stack<114> = Stack::new();
-    pub static HORMONE: Stack<392> = Stack::new();
+    pub static HORMONE: Stack<394> = Stack::new();
     pub static INSPECTOR: Stack<80> = Stack::new();
 }
 

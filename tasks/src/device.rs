@@ -38,7 +38,7 @@ pub trait Receive {
 
 /// The latches of an MCU's docks, for the links.
 pub trait Latches {
-    /// Whether the latch of `dock` is open for sure, so that no other dock can hold on to it.
+    /// Whether `dock` is [open](crate::docking::latch::EndSwitches::is_open).
     fn is_open(dock: Dock) -> bool;
 }
 

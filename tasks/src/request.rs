@@ -139,6 +139,8 @@ pub enum Report {
     Latch(Dock, latch::State),
     /// No dock was found near this one.
     Lost(Dock),
+    /// A dock's latch has hold of another dock: it was closed already, or the other one has latched.
+    Held(Dock),
     /// A dock's power switch is now in this state.
     Switch(Dock, Switch),
     /// The battery is now this full.
@@ -168,6 +170,7 @@ impl Report {
             Report::Charger(state) => [0x16, 0, state as u8, 0, 0],
             Report::Refused(task) => [0x17, task.code(), 0, 0, 0],
             Report::Kept([a, b, c, d]) => [0x18, a, b, c, d],
+            Report::Held(dock) => [0x19, dock.index(), 0, 0, 0],
         }
     }
 
@@ -176,6 +179,14 @@ impl Report {
     pub fn of_joint(payload: &[u8]) -> Option<(Axis, joint::State)> {
         let &[0x11, axis, state, _, _] = payload else { return None };
         Some((Axis::from_index(axis)?, joint::State::from_code(state)?))
+    }
+
+    /// The dock whose motor has closed its latch, if that is what a payload tells: for callers as those of
+    /// [`of_joint`](Self::of_joint).
+    pub fn latched(payload: &[u8]) -> Option<Dock> {
+        const LATCHED: u8 = latch::State::At(End::Latched).code();
+        let &[0x12, dock, LATCHED, _, _] = payload else { return None };
+        Dock::from_index(dock)
     }
 
     /// The value of `sensor`, if that is what a payload tells: for callers as those of
@@ -211,6 +222,7 @@ impl Report {
             0x16 => Report::Charger(charger::State::from_code(low)?),
             0x17 => Report::Refused(TaskCode::new(device)?),
             0x18 => Report::Kept(Report::kept(payload)?),
+            0x19 => Report::Held(Dock::from_index(device)?),
             _ => return None,
         })
     }
@@ -252,6 +264,9 @@ mod tests {
                             Report::value_of(sensor, &payload).map(|value| Report::Value(sensor, value));
                         assert_eq!(value, report.filter(|report| matches!(report, Report::Value(..))));
                     }
+                    let latched = |dock| Report::Latch(dock, latch::State::At(End::Latched));
+                    let is_latched = Dock::ALL.into_iter().find(|dock| report == Some(latched(*dock)));
+                    assert_eq!(Report::latched(&payload), is_latched);
                     if let Some(report) = report {
                         assert_eq!(Report::from_payload(&report.to_payload()), Some(report));
                         reports.insert(report);
@@ -260,7 +275,7 @@ mod tests {
             }
         }
         assert_eq!(requests.len(), 19 + 2 * 3 * 256 + 3 + 6 * 2 + 6 + 6 * 2 + 2 + 2 * 4 + 256 * 256 + 6);
-        assert_eq!(reports.len(), 19 * 256 + 3 * 5 + 6 * 8 + 6 + 6 * 4 + 4 + 5 + 32 + 256 * 256);
+        assert_eq!(reports.len(), 19 * 256 + 3 * 5 + 6 * 8 + 2 * 6 + 6 * 4 + 4 + 5 + 32 + 256 * 256);
     }
 
     #[test]

@@ -52,9 +52,13 @@ impl Behaviour {
             None if letter.from().task() == TaskCode::AC_RECEIVE => learn(now, controller, letter.payload()),
             None if letter.from().task().is_behaviour() => obey(now, controller, letter.payload()),
             None => {
-                // Of the devices' reports, only joint states, readings and the kept record matter.
+                // Of the devices' reports, only joint states, closed latches, readings and the kept
+                // record matter.
                 if let Some((axis, state)) = Report::of_joint(letter.payload()) {
                     self.joints.hear(now, axis, state);
+                }
+                if let Some(dock) = Report::latched(letter.payload()) {
+                    self.docks.latched(now, dock);
                 }
                 if read(controller, letter.payload()) {
                     // A reading counts from the next beat on.
@@ -132,9 +136,9 @@ impl Behaviour {
         }
     }
 
-    /// Tells the docks what the present action wants of them, and has searches end if the robot is to stop.
-    /// If there is no room now, it tries again after [`RETRY`]: a robot that stands may have nothing else to
-    /// do.
+    /// Tells the docks what the present action wants of them, has searches end if the robot is to stop, and
+    /// opens a latch that has missed. If there is no room now, it tries again after [`RETRY`]: a robot that
+    /// stands may have nothing else to do.
     #[inline(never)] // as `beat`
     fn dock(&mut self, now: u16, module: &mut impl Module) {
         let wish = match self.controller.status().action.docking() {
@@ -142,8 +146,11 @@ impl Behaviour {
             Some(docking) => Wish::Docking(docking),
             None => Wish::Nothing,
         };
-        if !self.docks.ask(wish, module) {
+        let neighbours = &self.controller.status().neighbours;
+        if !(self.docks.ask(wish, module) && self.docks.open_missed(now, neighbours, module)) {
             self.due_within(RETRY, now);
+        } else if let Some(left) = self.docks.holds_in(now) {
+            self.due_within(left, now);
         }
     }
 

@@ -1,4 +1,5 @@
 use tasks::dock::Dock;
+use tasks::docking::latch::{End, State as Latch};
 use tasks::message::{Address, Letter, Message};
 use tasks::motor::Axis;
 use tasks::motor::joint::State;
@@ -6,6 +7,7 @@ use tasks::post_office::Undelivered;
 use tasks::request::{Report, Request};
 
 use super::ac_receive::LOOK;
+use super::docks::HOLDS_WITHIN;
 use super::joints::{Joints, RETRY};
 use super::*;
 use crate::action::{Action, posture};
@@ -406,6 +408,35 @@ fn a_robot_that_is_to_stop_searches_no_dock_any_more() {
         let mut ended = here.requests();
         ended.retain(|request| matches!(request, Request::Leave(_)));
         assert_eq!(ended, [Dock::Front, Dock::Back].map(Request::Leave)[..expected]);
+    }
+}
+
+/// Another dock whose hooks miss, too, would otherwise be its neighbour.
+#[test]
+fn a_latch_that_has_closed_and_holds_no_neighbour_opens_once_there_is_room() {
+    for (state, holds, opens) in [
+        (Latch::At(End::Latched), Dock::Back, 0),
+        (Latch::At(End::Latched), Dock::Front, 1),
+        (Latch::At(End::Released), Dock::Front, 0),
+    ] {
+        let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
+        let report = Report::Latch(Dock::Back, state).to_payload();
+        let from = Address::here(TaskCode::dock(Dock::Back));
+        behaviours.receive(now, letter(TaskCode::HORMONE, from, &report), &mut here);
+        let mut neighbours = [None; 6];
+        neighbours[usize::from(holds.index())] = Some(Dock::Left);
+        behaviours.receive(now, topology(neighbours), &mut here);
+        let opened = |here: &Here| {
+            let release = Request::Latch(Dock::Back, End::Released);
+            here.requests().iter().filter(|request| **request == release).count()
+        };
+        run(&mut behaviours, &mut now, HOLDS_WITHIN - 1, &mut here);
+        assert_eq!(opened(&here), 0, "a link takes its time");
+        here.is_full = true;
+        run(&mut behaviours, &mut now, RETRY / 2, &mut here);
+        here.is_full = false;
+        run(&mut behaviours, &mut now, 2 * RETRY, &mut here);
+        assert_eq!(opened(&here), opens, "{state:?}, a neighbour at {holds:?}");
     }
 }
 

@@ -1,6 +1,6 @@
 //! A module that has a body in a world.
 
-use tasks::dock::DockSet;
+use tasks::dock::{Dock, DockSet};
 use tasks::message::Letter;
 use tasks::router::Mcu;
 use tasks::superbot::{MASTER_AXES, SLAVE_AXES};
@@ -45,6 +45,12 @@ impl Embodied {
         ];
         body.step(&drives, SECONDS);
         told
+    }
+
+    /// Whether a dock is open, as its links see it.
+    pub fn is_open(&self, dock: Dock) -> bool {
+        let is_driven = self.master.drives_latch(dock) || self.slave.drives_latch(dock);
+        self.body.end_switches(dock).is_open(is_driven)
     }
 
     /// The docks that send out light, to look for others.

@@ -128,6 +128,11 @@ impl<const N: usize, const IS_SLAVE: bool> Half<N, IS_SLAVE> {
         std::mem::take(&mut self.hands.sent)
     }
 
+    /// Whether it drives the latch of `dock`.
+    pub fn drives_latch(&self, dock: Dock) -> bool {
+        self.hands.latches[usize::from(dock.index())] != 0
+    }
+
     /// The docks that send out light, to look for others.
     pub fn looking(&self) -> DockSet {
         if self.hands.emitters { DockSet::of(&description(IS_SLAVE).docks()) } else { DockSet::EMPTY }

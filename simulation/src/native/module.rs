@@ -258,7 +258,7 @@ impl Module {
         self.touched.insert(dock);
         let ticks = self.clocks[mcu_of(dock) as usize].ticks(now);
         // Without a body a dock has no latch.
-        let is_open = self.embodied().is_some_and(|it| it.body.end_switches(dock).is_open());
+        let is_open = self.embodied().is_some_and(|it| it.is_open(dock));
         let inside = &mut self.inside;
         let port = &mut self.ports[usize::from(dock.index())];
         port.receive(ticks, &flight.wire, is_open, |message| {

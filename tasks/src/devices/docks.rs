@@ -4,7 +4,7 @@ use super::surroundings::Surroundings;
 use crate::device::Quantity;
 use crate::dock::Dock;
 use crate::docking::guidance::{Guidance, HELD, Line, Next};
-use crate::docking::latch::{self, DockingMotor, End, PERIOD_MS};
+use crate::docking::latch::{DockingMotor, End, PERIOD_MS};
 use crate::message::TaskCode;
 use crate::motor::joint::State;
 use crate::motor::joints::Order;
@@ -102,9 +102,11 @@ impl Docks {
 
     /// Searches for the neighbour's dock in front of `dock`, and latches. If `dock` does not come near enough
     /// for that, it stays where it came nearest. A latch that is closed already stays so if it has hold of a
-    /// dock; if it has closed on nothing, it opens for the next time. A latch that moves goes on instead, and
-    /// so does a search for the same dock: else one that is asked for again and again would never end.
-    /// Refused as [`latch`](Self::latch) is, and while the position of the joint is not known.
+    /// dock by the light; if it has closed on nothing, it opens for the next time. By the light a dock close
+    /// by may pass for one that is held, so the client of a latch that closes has to see whether its link
+    /// hears a neighbour. A latch that moves goes on instead, and so does a search for the same dock: else
+    /// one that is asked for again and again would never end. Refused as [`latch`](Self::latch) is, and while
+    /// the position of the joint is not known.
     pub fn approach(&mut self, dock: Dock, client: TaskCode, around: &mut impl Surroundings) {
         let may = self.allowance.docking() && !self.is_busy(dock);
         let is_known = around.angle(JOINT).is_some();
@@ -225,7 +227,7 @@ impl Docks {
             // The neighbour has latched, and hooks that hold each other move as one.
             self.break_off(around);
             let Some(devices) = self.devices(dock) else { return };
-            return devices.tell(latch::State::At(End::Latched), around);
+            return devices.tell_held(around);
         }
         if search.dark > 0 {
             search.dark -= 1;
@@ -236,7 +238,7 @@ impl Docks {
             self.end_search(around);
             let Some(devices) = self.devices(dock) else { return };
             return if reflected >= HELD as i16 {
-                devices.tell(latch::State::At(End::Latched), around);
+                devices.tell_held(around);
             } else {
                 devices.motor.move_to(End::Released);
             };
@@ -285,16 +287,22 @@ fn turn_opposite<S: Surroundings>(dock: Dock, by: i16, around: &mut S) {
 
 impl Devices {
     fn tell_latch(&self, around: &mut impl Surroundings) {
-        self.tell(self.motor.state(), around);
-    }
-
-    fn tell(&self, latch: latch::State, around: &mut impl Surroundings) {
-        around.report(TaskCode::dock(self.dock), self.latch_client, Report::Latch(self.dock, latch));
+        self.tell(Report::Latch(self.dock, self.motor.state()), around);
     }
 
     /// Reports that a search came to nothing.
     fn tell_lost(&self, around: &mut impl Surroundings) {
-        around.report(TaskCode::dock(self.dock), self.latch_client, Report::Lost(self.dock));
+        self.tell(Report::Lost(self.dock), around);
+    }
+
+    /// Reports that the latch has hold of a dock without its own motor.
+    fn tell_held(&self, around: &mut impl Surroundings) {
+        self.tell(Report::Held(self.dock), around);
+    }
+
+    /// Reports to the task that asked for the latch last.
+    fn tell(&self, report: Report, around: &mut impl Surroundings) {
+        around.report(TaskCode::dock(self.dock), self.latch_client, report);
     }
 
     fn tell_switch(&self, around: &mut impl Surroundings) {

@@ -30,10 +30,10 @@ pub struct EndSwitches {
 }
 
 impl EndSwitches {
-    /// Whether the latch is open for sure, so that no other dock can hold on to it. Where both switches are
-    /// pressed one is broken.
-    pub fn is_open(self) -> bool {
-        self.is_released && !self.is_latched
+    /// Whether a dock with these switches is open, so that it holds on to no other one: its latch is open for
+    /// sure, or its motor is on. Where both switches are pressed one is broken.
+    pub fn is_open(self, is_driven: bool) -> bool {
+        is_driven || self.is_released && !self.is_latched
     }
 }
 
@@ -63,7 +63,7 @@ pub enum State {
 
 impl State {
     /// The state's code in a report.
-    pub fn code(self) -> u8 {
+    pub const fn code(self) -> u8 {
         match self {
             State::Between => 0,
             State::At(end) => 1 + end as u8,
@@ -178,10 +178,12 @@ mod tests {
     use std::collections::HashSet;
 
     #[test]
-    fn a_latch_is_open_for_sure_only_where_one_switch_says_so_and_the_other_does_not_deny_it() {
-        let is_open = |is_released, is_latched| EndSwitches { is_released, is_latched }.is_open();
-        assert!(is_open(true, false));
-        assert!(!is_open(false, false) && !is_open(false, true) && !is_open(true, true));
+    fn a_dock_is_open_only_where_one_switch_says_so_and_the_other_does_not_deny_it_or_the_motor_is_on() {
+        for (is_released, is_latched) in [(true, false), (false, false), (false, true), (true, true)] {
+            let switches = EndSwitches { is_released, is_latched };
+            assert_eq!(switches.is_open(false), (is_released, is_latched) == (true, false), "{switches:?}");
+            assert!(switches.is_open(true), "{switches:?}");
+        }
     }
 
     /// Every state that any readings and orders lead to, and every reading in each of them.

@@ -330,9 +330,9 @@ impl Told {
         match self {
             Told::Report(Report::Value(sensor, _)) => sensor.task(),
             Told::Report(Report::Joint(axis, _)) => TaskCode::joint(axis),
-            Told::Report(Report::Latch(dock, _) | Report::Lost(dock) | Report::Switch(dock, _)) => {
-                TaskCode::dock(dock)
-            }
+            Told::Report(
+                Report::Latch(dock, _) | Report::Lost(dock) | Report::Held(dock) | Report::Switch(dock, _),
+            ) => TaskCode::dock(dock),
             Told::Report(Report::Battery(_) | Report::Charger(_)) => TaskCode::POWER,
             Told::Report(Report::Refused(device)) => device,
             Told::Report(Report::Kept(_)) => TaskCode::MEMORY,
@@ -754,7 +754,7 @@ fn a_search_ends_once_the_other_dock_has_latched() {
         client.world().before = Some((Dock::Back, 0.0, 0.0));
         client.world().latches[0] = Latch::at(1.0);
         let told: Vec<Report> = (0..10).flat_map(|_| client.reports(1_000)).collect();
-        assert_eq!(told[0], Report::Latch(Dock::Back, LatchState::At(End::Latched)));
+        assert_eq!(told[0], Report::Held(Dock::Back));
         assert_eq!(told[1..], [Report::Joint(Axis::Back, State::Arrived)], "it stays where it is");
         let world = client.world();
         assert!(!world.emitters && world.latches[0].is_latched());
@@ -767,11 +767,13 @@ fn a_latch_that_has_closed_on_nothing_opens_before_it_closes_again_and_stays_so(
         client.within(10);
         client.turn(0);
         client.world().latches[0] = Latch::at(1.0);
-        for (millimetres, end) in [(9.0, End::Released), (9.0, End::Latched), (0.0, End::Latched)] {
+        let [released, latched] =
+            [End::Released, End::Latched].map(|end| Report::Latch(Dock::Back, LatchState::At(end)));
+        for (millimetres, report) in [(9.0, released), (9.0, latched), (0.0, Report::Held(Dock::Back))] {
             client.world().before = Some((Dock::Back, millimetres, 0.0));
             client.ask(Request::Approach(Dock::Back));
             let told: Vec<Report> = (0..4).flat_map(|_| client.reports(1_000)).collect();
-            assert_eq!(told, [Report::Latch(Dock::Back, LatchState::At(end))]);
+            assert_eq!(told, [report]);
         }
     });
 }
@@ -782,14 +784,15 @@ fn a_dock_that_reflects_too_little_is_not_held() {
     run::<true>(|client| {
         client.within(10);
         client.turn(0);
-        for (counts, end) in [(HELD, End::Latched), (HELD - 1, End::Released)] {
+        let released = Report::Latch(Dock::Back, LatchState::At(End::Released));
+        for (counts, report) in [(HELD, Report::Held(Dock::Back)), (HELD - 1, released)] {
             let distances = (0..).map(|step| f64::from(step) * 0.001);
             let millimetres = { distances }.find(|distance| reflected(*distance, 0.0) == counts);
             let facing = client.world().joint.degrees();
             client.world().latches[0] = Latch::at(1.0);
             client.world().before = Some((Dock::Back, millimetres.expect("there is one"), facing));
             client.ask(Request::Approach(Dock::Back));
-            assert_eq!(client.reports(3_000), [Report::Latch(Dock::Back, LatchState::At(end))], "{counts}");
+            assert_eq!(client.reports(3_000), [report], "{counts}");
         }
     });
 }

@@ -10,6 +10,7 @@ mod images;
 mod legs;
 mod memory;
 mod motion;
+mod open_dock;
 mod period;
 mod reconfiguration;
 mod response;

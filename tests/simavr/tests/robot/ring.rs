@@ -2,10 +2,10 @@
 //! infrared, in a physical world: robots/ring-on-side.toml.
 //!
 //! `SUPERBOT_ROBOTS=100` tries that many natively, and prints how each did: robots whose potentiometers have
-//! slipped so that the ends miss each other by up to 20 mm along and across and by up to 10 degrees, without
-//! backlash of gears and with it, `SUPERBOT_BACKLASH=1` percent of the potentiometers' travel; and robots
-//! whose potentiometers sit turned on their shafts at random, by `SUPERBOT_TURNED=0.4` percent of that at
-//! most.
+//! slipped so that the ends miss each other by up to 20 mm along and across and by up to 10 degrees; such
+//! robots whose gears have backlash, `SUPERBOT_BACKLASH=1` percent of the potentiometers' travel, or whose
+//! hooks miss `SUPERBOT_HOOKS=50` percent of the docks that they reach; and robots whose potentiometers sit
+//! turned on their shafts at random, by `SUPERBOT_TURNED=0.4` percent of that at most.
 
 use std::fmt;
 
@@ -44,6 +44,13 @@ impl Outcome {
     /// Whether it closed once and opened once.
     fn is_as_ordered(&self) -> bool {
         matches!(&self.changes[..], [(_, Change::Attach(..)), (_, Change::Detach(_))])
+    }
+
+    /// Whether it had closed by [`CLOSES`], however often it came apart before, and then opened once.
+    fn ends_as_ordered(&self) -> bool {
+        let closes = CLOSES as f64 / SECOND as f64;
+        matches!(&self.changes[..], [.., (closed, Change::Attach(..)), (opened, Change::Detach(_))]
+            if *closed < closes && *opened > closes)
     }
 }
 
@@ -158,43 +165,55 @@ fn a_chain_on_its_side_becomes_a_ring_and_a_chain_again_natively() {
     assert!(turned.percent > 0.0 || rings == robots, "{rings} of {robots}");
 }
 
-/// That of so many robots with this backlash nearly all become rings, and chains again.
-fn find_each_other(robots: u64, backlash: f64) {
+/// That of so many robots of this variation nearly all become rings, and chains again.
+fn find_each_other(robots: u64, variation: Variation, is_right: impl Fn(&Outcome) -> bool) {
     let mut rings = 0;
     for seed in 1..=robots {
         let miss = miss(seed);
-        let outcome = natively(&missing(miss), &[variation("backlash", backlash)], seed);
+        let outcome = natively(&missing(miss), &[variation], seed);
         println!("{seed}: {}: {outcome}", told(miss));
-        rings += u64::from(outcome.is_as_ordered());
+        rings += u64::from(is_right(&outcome));
     }
-    println!("{rings} of {robots} with a backlash of {backlash} %");
+    println!("{rings} of {robots} with {variation}");
     assert!(rings * 100 >= robots * 95, "{rings} of {robots}");
 }
 
 #[test]
 fn ends_that_miss_each_other_find_each_other_natively() {
-    find_each_other(setting("SUPERBOT_ROBOTS").unwrap_or(2), 0.0);
+    let robots = setting("SUPERBOT_ROBOTS").unwrap_or(2);
+    find_each_other(robots, variation("hooks", 0.0), Outcome::is_as_ordered);
 }
 
 #[test]
 fn so_they_do_where_gears_have_backlash() {
-    let backlash = setting("SUPERBOT_BACKLASH").unwrap_or(0.6);
-    find_each_other(setting("SUPERBOT_ROBOTS").unwrap_or(1), backlash);
+    let backlash = variation("backlash", setting("SUPERBOT_BACKLASH").unwrap_or(0.6));
+    find_each_other(setting("SUPERBOT_ROBOTS").unwrap_or(1), backlash, Outcome::is_as_ordered);
+}
+
+/// How often hooks miss in the tests.
+fn misses() -> Variation {
+    variation("hooks", setting("SUPERBOT_HOOKS").unwrap_or(50.0))
+}
+
+/// A latch that opens again, because its hooks have missed, may let go of a dock that has just caught it.
+#[test]
+fn so_they_do_where_hooks_miss() {
+    find_each_other(setting("SUPERBOT_ROBOTS").unwrap_or(4), misses(), Outcome::ends_as_ordered);
 }
 
 fn variation(of: &str, percent: f64) -> Variation {
     format!("{of}={percent}%").parse().expect("it is a variation")
 }
 
-fn by_its_images(scenario: &Scenario, seed: u64) -> Outcome {
+fn by_its_images(scenario: &Scenario, variations: &[Variation], seed: u64) -> Outcome {
     let robot = RobotBuilder::wired(firmware(), &scenario.wiring).seed(seed).power_up_within(POWER_UP_WITHIN);
-    let robot = robot.on_terrain(&Terrain::default()).build().expect("it can be built");
+    let robot = robot.on_terrain(&Terrain::default()).varied(variations).build().expect("it can be built");
     outcome(Engine::new(robot, 1), scenario)
 }
 
 #[test]
 fn a_chain_on_its_side_becomes_a_ring_and_a_chain_again_by_its_images() {
-    let outcome = by_its_images(&scenario(), 1);
+    let outcome = by_its_images(&scenario(), &[], 1);
     println!("{outcome}");
     assert!(outcome.is_as_ordered(), "{outcome}");
 }
@@ -203,8 +222,19 @@ fn a_chain_on_its_side_becomes_a_ring_and_a_chain_again_by_its_images() {
 fn ends_that_miss_each_other_find_each_other_by_their_images() {
     for seed in 1..=setting("SUPERBOT_RINGS").unwrap_or(1) {
         let miss = miss(seed);
-        let outcome = by_its_images(&missing(miss), seed);
+        let outcome = by_its_images(&missing(miss), &[], seed);
         println!("{seed}: {}: {outcome}", told(miss));
         assert!(outcome.is_as_ordered(), "{outcome}");
+    }
+}
+
+#[test]
+fn so_they_do_where_hooks_miss_by_their_images() {
+    // Those of the third robot miss.
+    for seed in (3..).take(setting("SUPERBOT_RINGS").unwrap_or(1)) {
+        let miss = miss(seed);
+        let outcome = by_its_images(&missing(miss), &[misses()], seed);
+        println!("{seed}: {}: {outcome}", told(miss));
+        assert!(outcome.ends_as_ordered(), "{outcome}");
     }
 }
