@@ -413,11 +413,12 @@ fn a_robot_that_is_to_stop_searches_no_dock_any_more() {
 
 /// Another dock whose hooks miss, too, would otherwise be its neighbour.
 #[test]
-fn a_latch_that_has_closed_and_holds_no_neighbour_opens_once_there_is_room() {
-    for (state, holds, opens) in [
-        (Latch::At(End::Latched), Dock::Back, 0),
-        (Latch::At(End::Latched), Dock::Front, 1),
-        (Latch::At(End::Released), Dock::Front, 0),
+fn a_latch_that_has_closed_and_holds_no_neighbour_opens_in_time_or_once_there_is_room() {
+    for (state, holds, is_full, opens) in [
+        (Latch::At(End::Latched), Dock::Back, false, 0),
+        (Latch::At(End::Latched), Dock::Front, false, 1),
+        (Latch::At(End::Latched), Dock::Front, true, 1),
+        (Latch::At(End::Released), Dock::Front, false, 0),
     ] {
         let (mut behaviours, mut here, mut now) = (behaviours(), Here::default(), 65_500);
         let report = Report::Latch(Dock::Back, state).to_payload();
@@ -432,8 +433,9 @@ fn a_latch_that_has_closed_and_holds_no_neighbour_opens_once_there_is_room() {
         };
         run(&mut behaviours, &mut now, HOLDS_WITHIN - 1, &mut here);
         assert_eq!(opened(&here), 0, "a link takes its time");
-        here.is_full = true;
-        run(&mut behaviours, &mut now, RETRY / 2, &mut here);
+        here.is_full = is_full;
+        run(&mut behaviours, &mut now, 2, &mut here);
+        assert_eq!(opened(&here), if is_full { 0 } else { opens }, "{state:?}, a neighbour at {holds:?}");
         here.is_full = false;
         run(&mut behaviours, &mut now, 2 * RETRY, &mut here);
         assert_eq!(opened(&here), opens, "{state:?}, a neighbour at {holds:?}");
