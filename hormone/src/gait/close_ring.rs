@@ -4,6 +4,9 @@
 //! takes two beats. In the next Period both searches go on: the joints are told nothing new, and stay where a
 //! search has left them.
 //!
+//! The tail begins its search at one beat only. A tail that was reset meanwhile, and began later, would latch
+//! together with the head; and if the hooks of both missed, each would take the other for its neighbour.
+//!
 //! Then the head has a neighbour in front, is a spine like all others, and has them roll.
 
 use super::GaitName::RollingTrack;
@@ -23,6 +26,7 @@ crate::gait! {
         timer(Head, E).to(F).perform(Reach).send(E, BACK),
         received(Spine, A).to(F).perform(Curl).send(A, BACK),
         received(Tail, A).to(B).perform(Curl),
-        received(Tail, C).to(F).perform(Grasp),
+        received(Tail, C).perform(Grasp),
+        received(Tail, D).to(F).perform(Curl),
     ],
 }

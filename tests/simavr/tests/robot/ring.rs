@@ -12,7 +12,7 @@ use std::fmt;
 use hormone::action::Action;
 use plants::geometry::{self, Dock as Place};
 use simavr_harness::{Engine, Physics, RobotBuilder, Terrain, Variation};
-use simulation::{Change, Event, MILLISECOND, Native, Placing, Random, Robot, Run, Scenario};
+use simulation::{Change, Event, MILLISECOND, Mcus, Native, Placing, Random, Robot, Run, Scenario};
 use superbot_tests_simavr::{firmware, setting};
 
 const SECOND: u64 = 1000 * MILLISECOND;
@@ -199,6 +199,21 @@ fn misses() -> Variation {
 #[test]
 fn so_they_do_where_hooks_miss() {
     find_each_other(setting("SUPERBOT_ROBOTS").unwrap_or(4), misses(), Outcome::ends_as_ordered);
+}
+
+/// It knows no neighbour for a moment, and then its beat again, while the head's dock approaches its own.
+#[test]
+fn a_tail_that_hears_no_neighbour_meanwhile_does_not_latch_together_with_the_head() {
+    // The hooks of both docks of the fourth robot would miss at once.
+    for seed in (4..).take(setting("SUPERBOT_ROBOTS").unwrap_or(1)) {
+        let mut scenario = missing([0.0; 3]);
+        let change = Change::Reset { module: 4, mcus: Mcus::Both };
+        let place = scenario.timeline.len() - 1;
+        scenario.timeline.insert(place, Event { at: 4185 * MILLISECOND, change });
+        let outcome = natively(&scenario, &[misses()], seed);
+        println!("{seed}: {outcome}");
+        assert!(outcome.ends_as_ordered(), "{seed}: {outcome}");
+    }
 }
 
 fn variation(of: &str, percent: f64) -> Variation {
