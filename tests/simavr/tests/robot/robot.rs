@@ -59,11 +59,16 @@ fn a_branch_finds_its_legs() {
 
 #[test]
 fn hormones_reach_the_tail_in_turn() {
-    let mut chain = Chain::new(MODULES, 1);
-    let trace_events = chain.run(5 * SECOND);
-    chain.assert_right("after 5 s");
-    Hormones::follow(MODULES, &trace_events, chain.cycle()).assert_whole(9);
-    assert_eq!(chain.sum(Count::RETRIES), 0, "on a good link nothing is repeated");
+    let repeated = (1..=10).map(|seed| {
+        let mut chain = Chain::new(MODULES, seed);
+        let trace_events = chain.run(5 * SECOND);
+        chain.assert_right("after 5 s");
+        Hormones::follow(MODULES, &trace_events, chain.cycle()).assert_whole(9);
+        u64::from(chain.sum(Count::RETRIES))
+    });
+    // On a good link only what both ends begin to send within a character is repeated: in one run of twenty.
+    let repeated = repeated.sum::<u64>();
+    assert!(repeated <= 3, "{repeated} frames are repeated");
 }
 
 #[test]
