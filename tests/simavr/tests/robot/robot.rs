@@ -1,5 +1,7 @@
 //! A chain of five with the images that the robot is flashed with: a head, three spines, a tail.
 
+use std::sync::LazyLock;
+
 use hormone::event::Event as Behaviour;
 use hormone::hormone::Data;
 use hormone::module_type::ModuleType::{Branch, Head, LeftLeg, RightLeg, Spine, Tail};
@@ -64,9 +66,9 @@ fn hormones_reach_the_tail_in_turn() {
         let trace_events = chain.run(5 * SECOND);
         chain.assert_right("after 5 s");
         Hormones::follow(MODULES, &trace_events, chain.cycle()).assert_whole(9);
-        u64::from(chain.sum(Count::RETRIES))
+        chain.sum(Count::RETRIES)
     });
-    // On a good link only what both ends begin to send within a character is repeated: in one run of twenty.
+    // On a good link nothing is repeated, but what both ends begin to send within the same character.
     let repeated = repeated.sum::<u64>();
     assert!(repeated <= 3, "{repeated} frames are repeated");
 }
@@ -149,14 +151,28 @@ fn time_of(trace_events: &[TraceEvent], module: usize, event: Behaviour) -> u64 
     trace_event.unwrap_or_else(|| panic!("module {module}: no {event:?}")).cycle
 }
 
+/// A chain that repeats nothing by itself, in 5 s. Two ends that begin to send within the same character drown
+/// each other's frames, in one run of twenty.
+fn undisturbed() -> Chain {
+    static SEED: LazyLock<u64> = LazyLock::new(|| {
+        let is_undisturbed = |seed: &u64| {
+            let mut chain = Chain::new(MODULES, *seed);
+            chain.run(5 * SECOND);
+            chain.sum(Count::RETRIES) == 0
+        };
+        (1..=5).find(is_undisturbed).expect("one of five is undisturbed")
+    });
+    Chain::new(MODULES, *SEED)
+}
+
 /// A run in which one frame from the dock `from` is lost, for which a hormone is repeated. It is one of the
 /// frames sent about the time of the trace event `event`; the others are probes, which are not repeated.
 fn lose_one(from: Face, event: Behaviour) -> (Chain, Vec<TraceEvent>) {
-    let mut chain = Chain::new(MODULES, 1);
+    let mut chain = undisturbed();
     run_to(&mut chain, |trace_event| trace_event.module == from.module && trace_event.event == event);
     let next = chain.robot().link_counts(from).expect("the dock is attached").frames;
     let runs = (next - 2..next + 3).map(|frame| {
-        let mut chain = Chain::new(MODULES, 1);
+        let mut chain = undisturbed();
         chain.set_faults(from, Faults { lost_frames: [frame].into(), ..Faults::default() });
         let trace_events = chain.run(2 * SECOND);
         (chain, trace_events)
@@ -169,7 +185,7 @@ fn lose_one(from: Face, event: Behaviour) -> (Chain, Vec<TraceEvent>) {
 
 #[test]
 fn a_hormone_whose_frame_is_lost_is_repeated() {
-    let whole = Chain::new(MODULES, 1).run(2 * SECOND);
+    let whole = undisturbed().run(2 * SECOND);
     let (chain, trace_events) = lose_one(SENDER, Behaviour::HormoneSent(Dock::Back, HIT));
     assert_eq!((chain.count(SENDER, Count::RETRIES), chain.sum(Count::RETRIES)), (1, 1));
     assert_eq!(chain.sum(Count::DUPLICATES), 0);
@@ -185,7 +201,7 @@ fn a_hormone_whose_frame_is_lost_is_repeated() {
 
 #[test]
 fn a_hormone_whose_ack_is_lost_is_acknowledged_again_and_delivered_once() {
-    let whole = Chain::new(MODULES, 1).run(2 * SECOND);
+    let whole = undisturbed().run(2 * SECOND);
     let (chain, trace_events) = lose_one(RECEIVER, Behaviour::HormoneReceived(Dock::Front, HIT));
     assert_eq!((chain.count(SENDER, Count::RETRIES), chain.sum(Count::RETRIES)), (1, 1));
     assert_eq!((chain.count(RECEIVER, Count::DUPLICATES), chain.sum(Count::DUPLICATES)), (1, 1));
@@ -198,7 +214,7 @@ fn a_hormone_whose_ack_is_lost_is_acknowledged_again_and_delivered_once() {
 
 /// Cuts one direction of the link while a hormone is on its way to it, until the hormone is given up.
 fn cut(from: Face) -> (Chain, Hormones) {
-    let mut chain = Chain::new(MODULES, 1);
+    let mut chain = undisturbed();
     chain.run(SECOND * 3 / 4);
     let mut trace_events = run_to(&mut chain, is_generated);
     chain.set_faults(from, Faults { frame_loss: 1.0, ..Faults::default() });
