@@ -1,11 +1,11 @@
 //! Runs a robot on several threads, with one outcome for any number of them.
 //!
 //! Time passes in rounds. Within a round each module runs alone; the characters that modules sent are
-//! exchanged after it. A window is the shortest frame that any dock is set up to send. No module gets more
-//! than a window ahead of the modules at its docks, so no receiver has passed the end of a character before
-//! that character is delivered. If the robot divides into two halves without a link inside a half, the halves
-//! take turns, and each runs a window past the other. Each module then takes half as many rounds, and its
-//! data stay in the host's cache for twice as long.
+//! exchanged after it. A window is the shortest frame that any dock is set up to send, or less. No module
+//! gets more than a window ahead of the modules at its docks, so no receiver has passed the end of a
+//! character before that character is delivered. If the robot divides into two halves without a link inside a
+//! half, the halves take turns, and each runs a window past the other. Each module then takes half as many
+//! rounds, and its data stay in the host's cache for twice as long.
 //!
 //! The engine notices at the end of the round that a program has set up a shorter frame. Characters that
 //! the program sends before that may arrive late, by less than two windows; the delay is the same in every
@@ -123,8 +123,8 @@ struct Run<'a> {
     waiting: Shares,
     /// The number of its modules that have run.
     finished: AtomicUsize,
-    /// The shortest frame that any of them is set up to send, in cycles.
-    shortest_frame: AtomicU64,
+    /// The shortest window that any of them allows, in cycles.
+    window: AtomicU64,
     /// At a check of the docks, one of them was active.
     is_docking: AtomicBool,
     /// There are no more rounds, or a thread panicked.
@@ -151,8 +151,7 @@ impl<'a> Run<'a> {
         target: u64,
         threads: usize,
     ) -> Self {
-        let frames = members.iter().filter_map(|member| member.module.shortest_frame());
-        let window = frames.min().unwrap_or(LONGEST_WINDOW).min(LONGEST_WINDOW);
+        let window = members.iter().map(Member::window).min().unwrap_or(LONGEST_WINDOW);
         let joined: Vec<_> =
             members.iter().enumerate().map(|(number, member)| member.joined(number)).collect();
         let halves = rounds::halves(&joined);
@@ -168,7 +167,7 @@ impl<'a> Run<'a> {
             end: AtomicU64::new(from),
             waiting: Shares::new(threads),
             finished: AtomicUsize::new(0),
-            shortest_frame: AtomicU64::new(LONGEST_WINDOW),
+            window: AtomicU64::new(LONGEST_WINDOW),
             is_docking: AtomicBool::new(false),
             over: AtomicBool::new(false),
         };
@@ -258,8 +257,7 @@ impl<'a> Run<'a> {
             member.module.run_until(end);
             member.take_deliveries(number, |delivery| lock(&self.mail).push(delivery));
             member.collect_events(number);
-            let frame = member.module.shortest_frame().unwrap_or(LONGEST_WINDOW);
-            self.shortest_frame.fetch_min(frame, Ordering::Relaxed);
+            self.window.fetch_min(member.window(), Ordering::Relaxed);
             if end.is_multiple_of(DOCKING_STEP) && member.module.is_docking() {
                 self.is_docking.store(true, Ordering::Relaxed);
             }
@@ -280,7 +278,7 @@ impl<'a> Run<'a> {
             lock(&self.members[to.module]).module.receive(to.dock, character);
         }
         let mut rounds = lock(&self.rounds);
-        rounds.bear(self.shortest_frame.swap(LONGEST_WINDOW, Ordering::Relaxed));
+        rounds.bear(self.window.swap(LONGEST_WINDOW, Ordering::Relaxed));
         if self.begin_round(&mut rounds) {
             return;
         }

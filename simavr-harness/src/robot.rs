@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, VecDeque};
 
 use console::request::Topic;
 use simulation::{
-    Bodies, CHARACTER, Change, Environment, Face, Links, MILLISECOND, Motion, Placing, Random, START_UP,
-    Terminal, Terrain, Transcript, Wiring, WiringError, fnv_1a, lateness,
+    Bodies, CHARACTER, Change, Environment, Face, Links, MILLISECOND, Motion, Placing, Random,
+    SHARED_LIGHT_LATENESS, START_UP, Terminal, Terrain, Transcript, Wiring, WiringError, fnv_1a, lateness,
 };
 use tasks::dock::{Dock, DockSet};
 use thiserror::Error;
@@ -48,8 +48,10 @@ pub(crate) struct Member {
     ports: [Option<Port>; 6],
     /// The faults of what leaves by each dock, whatever is attached, in the order of [`Dock::ALL`].
     faults: [Faults; 6],
-    /// Docks that hear their own characters.
+    /// Docks that hear their own characters, for something bright is before them.
     echoes: DockSet,
+    /// Whether docks that hear another share its light, and hear their own characters, too.
+    shares_light: bool,
     /// All terminals that were ever placed at its docks.
     terminals: Vec<Placed>,
     /// Markers of this run, in no particular order.
@@ -213,7 +215,8 @@ impl RobotBuilder {
                 module.mcu_mut(controller).set_start_up(START_UP);
             }
             let (ports, faults, terminals) = Default::default();
-            Ok(Member { module, ports, faults, echoes: DockSet::EMPTY, terminals, events: Vec::new() })
+            let (echoes, shares_light) = (DockSet::EMPTY, false);
+            Ok(Member { module, ports, faults, echoes, shares_light, terminals, events: Vec::new() })
         };
         let members = (0..modules).map(member).collect::<Result<_, McuError>>()?;
         let wiring = Wiring::new(modules);
@@ -354,6 +357,9 @@ impl Robot {
             }
             &Change::Noise { links, probability } => {
                 self.for_links(links, |faults| faults.byte_noise = probability);
+            }
+            &Change::SharedLight(is_shared) => {
+                self.members.iter_mut().for_each(|member| member.shares_light = is_shared);
             }
             &Change::Roll(degrees) => {
                 self.roll = degrees;
@@ -503,8 +509,15 @@ impl Robot {
 impl Member {
     /// The modules that may hear this one, which is module `number`.
     pub fn joined(&self, number: usize) -> Vec<usize> {
-        let echo = (self.echoes != DockSet::default()).then_some(number);
+        let echo = (self.shares_light || self.echoes != DockSet::default()).then_some(number);
         self.ports.iter().flatten().map(|port| port.peer.module).chain(echo).collect()
+    }
+
+    /// How far the module may get ahead of those that it is joined to, in cycles: the shortest frame that its
+    /// transmitters are set up for, or less.
+    pub fn window(&self) -> u64 {
+        let longest = if self.shares_light { SHARED_LIGHT_LATENESS } else { LONGEST_WINDOW };
+        self.module.shortest_frame().map_or(longest, |frame| frame.min(longest))
     }
 
     /// Takes the characters that the module, number `number` of the robot, has sent, and delivers those that
@@ -526,11 +539,15 @@ impl Member {
                     let character = sent.later(lateness(dock, dock));
                     deliver(Delivery { from, to: from, character });
                 }
-                if let Some(port) = port
-                    && let Some(value) = port.channel.carry(sent.value)
-                {
-                    let character = Character { value, ..sent.later(port.delay) };
-                    deliver(Delivery { from, to: port.peer, character });
+                let Some(port) = port else { continue };
+                let shared = if self.shares_light { SHARED_LIGHT_LATENESS } else { 0 };
+                let sent = sent.later(port.delay + shared);
+                // A port on pins is deaf while it sends.
+                if self.shares_light && lateness(dock, dock) == 0 {
+                    deliver(Delivery { from, to: from, character: sent });
+                }
+                if let Some(value) = port.channel.carry(sent.value) {
+                    deliver(Delivery { from, to: port.peer, character: Character { value, ..sent } });
                 }
             }
         }

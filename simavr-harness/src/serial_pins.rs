@@ -8,7 +8,7 @@ use std::collections::VecDeque;
 
 use tasks::superbot::{BAUD, CLOCK_HZ};
 
-use crate::character::Character;
+use crate::character::{BITS, Character};
 use crate::cpu::{Cpu, News};
 use crate::device::{Attached, Device};
 use crate::part::Pin;
@@ -31,14 +31,13 @@ pub struct SerialPinCounts {
     pub received: u64,
 }
 
-/// Start bit, 8 data bits, stop bit.
-pub(crate) const BITS: u64 = 10;
-
 pub(crate) struct PinSerial {
     pins: SerialPins,
     sender: Sender,
-    /// The edges to come at the receiving pin: the cycle of each, and the level after it.
+    /// The edges of characters to come at the receiving pin: the cycle of each, and the level after it.
     edges: VecDeque<(u64, bool)>,
+    /// How many of the characters that overlap at the receiving pin are low.
+    lows: u32,
     counts: SerialPinCounts,
 }
 
@@ -64,7 +63,7 @@ pub(crate) fn attach(cpu: Cpu, pins: SerialPins) -> Attached<PinSerial> {
 impl PinSerial {
     fn new(pins: SerialPins) -> Self {
         let sender = Sender { level: true, start: None, edges: Vec::new(), sent: Vec::new() };
-        PinSerial { pins, sender, edges: VecDeque::new(), counts: SerialPinCounts::default() }
+        PinSerial { pins, sender, edges: VecDeque::new(), lows: 0, counts: SerialPinCounts::default() }
     }
 
     /// The program's pins are inputs again: the line is idle.
@@ -85,15 +84,9 @@ impl PinSerial {
 
     /// A character comes in, with its first edge at its start. Calls may come in any order of their starts.
     pub fn receive(&mut self, character: Character) {
-        let bit = |number: u64| character.start + number * (character.end - character.start) / BITS;
-        let mut level = true;
-        for (number, next) in (0..).zip(levels(character.value)) {
-            if next != level {
-                let edge = (bit(number), next);
-                let place = self.edges.partition_point(|(at, _)| *at <= edge.0);
-                self.edges.insert(place, edge);
-                level = next;
-            }
+        for edge in character.edges() {
+            let place = self.edges.partition_point(|(at, _)| *at <= edge.0);
+            self.edges.insert(place, edge);
         }
         self.counts.received += 1;
     }
@@ -101,12 +94,6 @@ impl PinSerial {
     pub fn counts(&self) -> SerialPinCounts {
         self.counts
     }
-}
-
-/// The levels of a character's bits.
-pub(crate) fn levels(value: u8) -> impl Iterator<Item = bool> {
-    let data = (0..8).map(move |bit| value & 1 << bit != 0);
-    std::iter::once(false).chain(data).chain(std::iter::once(true))
 }
 
 /// Cycles of `number` halves of a bit.
@@ -168,7 +155,8 @@ impl Device for PinSerial {
         }
         while let Some(&(_, level)) = self.edges.front().filter(|edge| edge.0 <= now) {
             self.edges.pop_front();
-            cpu.drive_pin(self.pins.receive.port, self.pins.receive.bit, level);
+            self.lows = if level { self.lows - 1 } else { self.lows + 1 };
+            cpu.drive_pin(self.pins.receive.port, self.pins.receive.bit, self.lows == 0);
         }
     }
 

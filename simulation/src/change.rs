@@ -34,6 +34,9 @@ pub enum Change {
     Noise { links: Links, probability: f64 },
     /// Something bright is before a dock from now on, or is taken away: the dock hears what it sends itself.
     Obstacle { at: Face, is_there: bool },
+    /// From now on the two docks of each link share one light, or no longer do: each USART hears what it
+    /// sends itself, and where both docks send at once, each hears both.
+    SharedLight(bool),
     /// The robot lies turned about its long axis from now on, by so many degrees: its left side goes up.
     Roll(f64),
     /// A module is pushed for [a moment](crate::PUSH_MILLISECONDS), by these newtons along x, y and z of the
@@ -97,7 +100,7 @@ impl Change {
                 Links::From(face) => wiring.expect_attached(face),
             },
             Change::Obstacle { at, is_there } => wiring.set_obstacle(at, is_there),
-            Change::Roll(_) => Ok(()),
+            Change::Roll(_) | Change::SharedLight(_) => Ok(()),
             Change::Command { at, .. } | Change::Console(at) => wiring.expect_free(at),
         }
     }
@@ -133,6 +136,8 @@ impl fmt::Display for Change {
             }
             Change::Obstacle { at, is_there: true } => write!(f, "an obstacle before {at}"),
             Change::Obstacle { at, is_there: false } => write!(f, "the obstacle before {at} is taken away"),
+            Change::SharedLight(true) => write!(f, "docks of a link share one light"),
+            Change::SharedLight(false) => write!(f, "docks of a link have a light each"),
             Change::Roll(degrees) => write!(f, "the robot is turned to {degrees} degrees"),
             Change::Push { module, newtons: [x, y, z] } => {
                 write!(f, "module {module} is pushed by {x}, {y} and {z} N")
@@ -198,6 +203,8 @@ mod tests {
             ),
             (Change::Obstacle { at: one, is_there: true }, "an obstacle before 1.Back"),
             (Change::Obstacle { at: one, is_there: false }, "the obstacle before 1.Back is taken away"),
+            (Change::SharedLight(true), "docks of a link share one light"),
+            (Change::SharedLight(false), "docks of a link have a light each"),
             (Change::Roll(-180.0), "the robot is turned to -180 degrees"),
             (Change::Roll(22.5), "the robot is turned to 22.5 degrees"),
             (

@@ -26,7 +26,7 @@ impl Course {
         }
         self.is_undisturbed &= match (change, ordered) {
             (_, Some(gait)) => GaitName::from_byte(gait).is_some_and(|name| name.gait().once.is_none()),
-            (Change::Obstacle { .. } | Change::Console(_), _) => true,
+            (Change::Obstacle { .. } | Change::SharedLight(_) | Change::Console(_), _) => true,
             (Change::Loss { probability, .. } | Change::Noise { probability, .. }, _) => *probability == 0.0,
             _ => false,
         };
@@ -53,6 +53,7 @@ mod tests {
             (order(GaitName::CloseRing as u8), false, true),
             (order(11), false, true),
             (Change::Obstacle { at, is_there: true }, true, false),
+            (Change::SharedLight(true), true, false),
             (Change::Console(at), true, false),
             (loss(0.0), true, false),
             (loss(0.1), false, false),

@@ -54,6 +54,7 @@ struct EventTable {
     from: Option<Face>,
     obstacle: Option<Face>,
     clear: Option<Face>,
+    shared_light: Option<bool>,
     roll: Option<f64>,
     push: Option<usize>,
     newtons: Option<Fixed<f64, 3>>,
@@ -180,6 +181,7 @@ impl Change {
             Change::Noise { links, probability } => format!("noise = {probability:?}{}", from(links)),
             Change::Obstacle { at, is_there: true } => format!("obstacle = \"{at}\""),
             Change::Obstacle { at, is_there: false } => format!("clear = \"{at}\""),
+            Change::SharedLight(is_shared) => format!("shared_light = {is_shared}"),
             Change::Roll(degrees) => format!("roll = {degrees:?}"),
             Change::Push { module, newtons } => format!("push = {module}\nnewtons = {newtons:?}"),
             Change::Slip { module, degrees } => format!("slip = {module}\ndegrees = {degrees:?}"),
@@ -235,6 +237,7 @@ impl EventTable {
             self.noise.map(|chance| Ok(Change::Noise { links, probability: probability(chance)? })),
             self.obstacle.map(|at| Ok(Change::Obstacle { at, is_there: true })),
             self.clear.map(|at| Ok(Change::Obstacle { at, is_there: false })),
+            self.shared_light.map(|is_shared| Ok(Change::SharedLight(is_shared))),
             self.roll.map(|degrees| Ok(Change::Roll(roll(degrees)?))),
             self.push.zip(self.newtons).map(|(module, Fixed(newtons))| push(module, newtons)),
             self.slip.zip(self.degrees).map(|(module, Fixed(degrees))| slip(module, degrees)),
@@ -244,11 +247,9 @@ impl EventTable {
         let mut changes = changes.into_iter().flatten();
         match (changes.next(), changes.next()) {
             (Some(change), None) => change,
-            _ => Err(
-                "give one of attach, detach, swap, reset, kill, loss, noise, obstacle, clear, roll, push, \
-                      slip, command and console"
-                    .into(),
-            ),
+            _ => Err("give one of attach, detach, swap, reset, kill, loss, noise, obstacle, clear, \
+                      shared_light, roll, push, slip, command and console"
+                .into()),
         }
     }
 }

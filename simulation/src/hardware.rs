@@ -54,6 +54,11 @@ pub fn lateness(one: Dock, other: Dock) -> u64 {
     [one, other].into_iter().filter(|dock| is_on_pins(*dock)).count() as u64 * CHARACTER
 }
 
+/// How much later a character comes where the docks of a link [share one light](crate::Change::SharedLight),
+/// in cycles, and how far modules run apart then: a receiver has to know of all that is sent before a
+/// character ends.
+pub const SHARED_LIGHT_LATENESS: u64 = CHARACTER / 8;
+
 /// The least time, in cycles, that a hormone can take from one module to the next between these docks: that
 /// of its frame, and of a transfer in each module where it crosses the bus.
 pub(crate) fn wire_limit(from: Dock, to: Dock) -> u64 {

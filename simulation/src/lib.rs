@@ -61,7 +61,9 @@ pub use docking::Bodies;
 pub use environment::Environment;
 pub use file::FileError;
 pub use gait::Gait;
-pub use hardware::{CHARACTER, CLOCK_HZ, MILLISECOND, START_UP, is_on_slave, lateness};
+pub use hardware::{
+    CHARACTER, CLOCK_HZ, MILLISECOND, SHARED_LIGHT_LATENESS, START_UP, is_on_slave, lateness,
+};
 pub use hash::fnv_1a;
 pub use hooks::Hooks;
 pub use hops::{Arrival, Hops, LOST_AFTER};

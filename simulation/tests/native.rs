@@ -290,6 +290,33 @@ fn with_a_dock_blind_in_one_direction_neither_end_counts_the_other() {
     }
 }
 
+/// Frames that overlap drown each other at both ends, and are repeated.
+#[test]
+fn docks_that_share_one_light_lose_what_both_send_at_once_and_a_robot_walks_all_the_same() {
+    let links = |is_shared: bool| {
+        let mut links = Vec::new();
+        for seed in 1..=5 {
+            let run = run(
+                robot(Shape::Centipede, 100, seed),
+                &format!("[[event]]\nat = 0\nshared_light = {is_shared}"),
+                8,
+            );
+            assert_eq!(faults(&run), [] as [String; 0], "seed {seed}");
+            assert_eq!(run.observer.discovery.lapses, 0, "seed {seed}");
+            assert_eq!(run.observer.hops.lost(), 0, "seed {seed}");
+            links.push(run.robot.links());
+        }
+        links
+    };
+    for (shared, alone) in links(true).iter().zip(links(false)) {
+        assert!(
+            shared.retries > 10 * alone.retries && shared.errors > 3 * alone.errors,
+            "{shared:?} {alone:?}"
+        );
+        assert_eq!((shared.gave_up, alone.gave_up), (0, 0));
+    }
+}
+
 #[test]
 fn a_dock_before_an_obstacle_has_no_neighbour() {
     let mut robot = robot(Shape::Chain, 2, 1);

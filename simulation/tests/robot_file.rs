@@ -63,6 +63,10 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         to = "0.Left"
 
         [[event]]
+        at = 7.75
+        shared_light = true
+
+        [[event]]
         at = 8.5
         roll = -180
 
@@ -95,6 +99,7 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         (6.0, Change::Noise { links: Links::From(face(3, Back)), probability: 0.01 }),
         (7.0, Change::Obstacle { at: face(2, Up), is_there: true }),
         (7.5, Change::Obstacle { at: face(2, Up), is_there: false }),
+        (7.75, Change::SharedLight(true)),
         (8.0, Change::Command { at: face(0, Left), payload: vec![1, 0] }),
         (8.29, Change::Push { module: 1, newtons: [0.0, -12.5, 3.0] }),
         (8.3, Change::Slip { module: 2, degrees: [1.5, 0.0, -2.0] }),

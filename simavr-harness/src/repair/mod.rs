@@ -5,6 +5,7 @@ pub(crate) mod adc;
 pub(crate) mod eeprom;
 pub(crate) mod external;
 pub(crate) mod flags;
+mod incoming;
 pub(crate) mod interrupt;
 pub(crate) mod pins;
 pub(crate) mod ports;

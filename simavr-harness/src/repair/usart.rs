@@ -13,12 +13,12 @@
 
 use std::collections::VecDeque;
 
+use super::incoming::{Frame, Incoming, is_high};
 use crate::character::Character;
 use crate::cpu::{Cpu, News, Vector};
 use crate::device::{Attached, Device, make_plain};
 use crate::part::UsartRegisters;
 use crate::repair::interrupt;
-use crate::serial_pins::{BITS, levels};
 
 /// The counts of a USART since power-up.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,8 +58,7 @@ struct Transmitter {
 
 #[derive(Default)]
 struct Receiver {
-    /// The characters on their way here, in the order in which their frames end.
-    arriving: VecDeque<Character>,
+    incoming: Incoming,
     /// Two bytes of buffer, then the shift register.
     held: VecDeque<Received>,
     /// The cycle at which the receiver was switched on. It does not hear a frame that has begun before.
@@ -152,18 +151,24 @@ impl UsartRegisters {
         (if double_speed { 8 } else { 16 }) * (u64::from(divisor) + 1)
     }
 
-    /// What the receiver makes of a character, whose bits may be longer or shorter than its own: it reads the
-    /// line in the middle of each of its own bits.
-    fn hear(&self, cpu: Cpu, Character { value, start, end }: Character) -> Received {
+    /// What the receiver makes of a frame, in which characters may overlap, and whose bits may be longer or
+    /// shorter than its own: it reads the line in the middle of each of its own bits.
+    fn hear<'a>(
+        &self,
+        cpu: Cpu,
+        Frame { start, end }: Frame,
+        characters: impl Iterator<Item = &'a Character> + Clone,
+    ) -> Received {
         let length = end.saturating_sub(start).max(1);
-        if self.frame_cycles(cpu).abs_diff(length) * 50 <= length {
-            return Received { value: self.data(cpu, value), has_framing_error: false };
+        let mut alone = characters.clone();
+        if let (Some(character), None) = (alone.next(), alone.next())
+            && character.start == start
+            && self.frame_cycles(cpu).abs_diff(length) * 50 <= length
+        {
+            return Received { value: self.data(cpu, character.value), has_framing_error: false };
         }
         let bit_cycles = self.bit_cycles(cpu);
-        let level_in_bit = |bit: u64| {
-            let at = (2 * bit + 1) * bit_cycles * BITS / (2 * length);
-            levels(value).nth(at as usize).unwrap_or(true)
-        };
+        let level_in_bit = |bit: u64| is_high(characters.clone(), start + (2 * bit + 1) * bit_cycles / 2);
         let data_bits = self.data_bits(cpu);
         let value =
             (0..data_bits.min(8)).fold(0, |value, bit| value | u8::from(level_in_bit(bit + 1)) << bit);
@@ -200,8 +205,7 @@ impl Usart {
 
     /// Delivers a character, which the USART receives at the end of its frame.
     pub fn receive(&mut self, character: Character) {
-        let place = self.receiver.arriving.partition_point(|other| other.end <= character.end);
-        self.receiver.arriving.insert(place, character);
+        self.receiver.incoming.push(character);
     }
 
     pub fn counts(&self) -> UsartCounts {
@@ -244,8 +248,8 @@ impl Usart {
         }
     }
 
-    fn end_of_received_frame(&mut self, cpu: Cpu, character: Character) {
-        let start = character.start;
+    fn end_of_received_frame(&mut self, cpu: Cpu, frame: Frame) {
+        let start = frame.start;
         if !self.receiver_is_on(cpu) || start < self.receiver.on_since {
             self.counts.unheard += 1;
             return;
@@ -259,7 +263,8 @@ impl Usart {
                 return;
             }
         }
-        self.receiver.held.push_back(self.registers.hear(cpu, character));
+        let heard = self.registers.hear(cpu, frame, self.receiver.incoming.of(frame));
+        self.receiver.held.push_back(heard);
         self.show_received(cpu);
     }
 
@@ -338,7 +343,7 @@ impl Device for Usart {
     }
 
     fn due(&self) -> Option<u64> {
-        let arrival = self.receiver.arriving.front().map(|character| character.end);
+        let arrival = self.receiver.incoming.next().map(|frame| frame.end);
         [self.transmitter.shifting_until, arrival].into_iter().flatten().min()
     }
 
@@ -346,10 +351,9 @@ impl Device for Usart {
         if self.transmitter.shifting_until == Some(now) {
             self.end_of_sent_frame(cpu, now);
         }
-        if self.receiver.arriving.front().is_some_and(|character| character.end == now)
-            && let Some(character) = self.receiver.arriving.pop_front()
-        {
-            self.end_of_received_frame(cpu, character);
+        if let Some(frame) = self.receiver.incoming.next().filter(|frame| frame.end == now) {
+            self.end_of_received_frame(cpu, frame);
+            self.receiver.incoming.read(frame);
         }
         self.refresh(cpu);
     }

@@ -1,8 +1,7 @@
 //! Computes the levels of wires from what was sent over them.
 
-use crate::character::Character;
+use crate::character::{Character, levels};
 use crate::probe::Edge;
-use crate::serial_pins::{BITS, levels};
 use crate::trace::Slice;
 
 /// A wire.
@@ -50,10 +49,9 @@ impl Line {
 /// The line at a serial port that carries these characters. An idle line is high. While two senders overlap,
 /// the line is low when either of them drives it low.
 pub fn serial_line(name: String, characters: &[Character]) -> Line {
-    let lows = characters.iter().flat_map(|&Character { value, start, end }| {
-        let bit = move |number: u64| start + number * (end - start) / BITS;
-        let lows = (0..).zip(levels(value)).filter(|&(_, level)| !level);
-        lows.map(move |(number, _)| (bit(number), bit(number + 1)))
+    let lows = characters.iter().flat_map(|character| {
+        let lows = (0..).zip(levels(character.value)).filter(|&(_, level)| !level);
+        lows.map(|(number, _)| (character.bit(number), character.bit(number + 1)))
     });
     Line::of(name, true, lows.collect())
 }

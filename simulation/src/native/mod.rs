@@ -29,7 +29,7 @@ use crate::change::{Change, Links};
 use crate::command::{SENDS, label};
 use crate::environment::Environment;
 use crate::hardware::MILLISECOND;
-use crate::hardware::lateness;
+use crate::hardware::{SHARED_LIGHT_LATENESS, lateness};
 use crate::hash::Fnv;
 use crate::placing::Placing;
 use crate::pose::Angles;
@@ -58,6 +58,8 @@ pub struct Native {
     wiring: Wiring,
     /// By module and dock, the way from there.
     channels: Vec<[Channel; 6]>,
+    /// Whether the docks of a link share one light.
+    shares_light: bool,
     /// Whether any link ever lost or changed something.
     has_faults: bool,
     /// By module, when it has something to do next.
@@ -112,6 +114,7 @@ impl Native {
             modules: (0..count).map(module).collect(),
             wiring,
             channels: (0..count).map(|module| Dock::ALL.map(|dock| channel(module, dock))).collect(),
+            shares_light: false,
             has_faults: false,
             due: vec![0; count],
             distance: 0,
@@ -199,7 +202,9 @@ impl Native {
                 return self.modules[to.module].garbled(to.dock);
             }
         }
-        self.arrive(to, flight.later(lateness(from.dock, to.dock)));
+        let shared = self.shares_light.then(|| flight.span.clone());
+        let late = lateness(from.dock, to.dock) + if self.shares_light { SHARED_LIGHT_LATENESS } else { 0 };
+        self.arrive(to, Flight { shared, ..flight.later(late) });
     }
 
     fn arrive(&mut self, at: Face, flight: Flight) {
@@ -226,7 +231,8 @@ impl Native {
         if let Ok(message) = Message::new(address, address, payload) {
             for start in SENDS.map(|later| self.now + later) {
                 let wire = Wire::Data(label, Letter::of(message));
-                self.arrive(at, Flight { wire, span: start..start + time::frame(payload.len()) });
+                let span = start..start + time::frame(payload.len());
+                self.arrive(at, Flight { wire, span, shared: None });
             }
         }
     }
@@ -278,6 +284,7 @@ impl Robot for Native {
             &Change::Noise { links, probability } => {
                 self.for_links(links, |channel| channel.noise = probability);
             }
+            &Change::SharedLight(is_shared) => self.shares_light = is_shared,
             &Change::Roll(degrees) => {
                 self.roll = degrees;
                 self.feel();

@@ -252,7 +252,8 @@ impl Module {
     }
 
     fn receive(&mut self, now: u64, dock: Dock, flight: &Flight) {
-        if is_on_pins(dock) && self.port(dock).has_drowned(&flight.span) {
+        let heard = if is_on_pins(dock) { Some(&flight.span) } else { flight.shared.as_ref() };
+        if heard.is_some_and(|span| self.port(dock).has_drowned(span)) {
             return self.garbled(dock);
         }
         self.touched.insert(dock);

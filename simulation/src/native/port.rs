@@ -34,6 +34,8 @@ pub struct Flight {
     pub wire: Wire,
     /// From its first bit to its last.
     pub span: Range<u64>,
+    /// Where light is shared, when it was sent: what the other end sent meanwhile has drowned it.
+    pub shared: Option<Range<u64>>,
 }
 
 impl Flight {
@@ -203,7 +205,7 @@ impl Port {
         let flight = self.sender.poll(clock.ticks(now), &mut self.end).map(|frame| {
             let wire = Wire::of(frame);
             let span = now + SEND..now + SEND + wire.cycles();
-            Flight { wire, span }
+            Flight { wire, span, shared: None }
         });
         if let Some(Flight { span, .. }) = &flight {
             self.sender.sent(clock.ticks(span.end + SENT));

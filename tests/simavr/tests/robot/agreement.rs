@@ -150,7 +150,9 @@ impl Pick {
 fn differences(seed: u64, tells: bool) -> String {
     let mut pick = Pick(Random::new(seed));
     let wiring = pick.wiring();
-    let timeline = pick.timeline(wiring.clone());
+    let mut timeline = pick.timeline(wiring.clone());
+    let shares_light = pick.below(2) == 0;
+    timeline.insert(0, Event { at: 0, change: Change::SharedLight(shares_light) });
     let builder = RobotBuilder::wired(firmware(), &wiring).seed(seed).power_up_within(POWER_UP_WITHIN);
     let engine = Engine::new(builder.build().expect("the robot can be built"), 2);
     let simavr = outcome(engine, timeline.clone());

@@ -8,6 +8,7 @@ mod engines;
 mod first_behaviour;
 mod images;
 mod legs;
+mod light;
 mod memory;
 mod motion;
 mod open_dock;
