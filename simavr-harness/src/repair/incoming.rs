@@ -1,5 +1,5 @@
-//! The line at the receiver of a USART: the characters on their way there. Where some overlap, as the light of
-//! two docks may, the line is low while any of them is.
+//! The line at the receiver of a USART: the characters on their way there. Where some overlap, as the light
+//! of two docks may, the line is low while any of them is.
 
 use std::collections::VecDeque;
 
