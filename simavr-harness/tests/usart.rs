@@ -105,26 +105,41 @@ fn a_receiver_that_is_switched_on_within_a_frame_does_not_hear_it() {
     assert_eq!((counts.received, counts.unheard), (1, 1));
 }
 
-/// What a receiver at 38400 baud makes of a byte: the bits that the line has in the middle of its own, and
-/// whether the stop bit is missing.
+/// What a receiver at 38400 baud makes of these characters, by their value, delay and length: a byte, and
+/// whether its stop bit is missing.
+fn received(characters: &[(u8, u64, u64)]) -> (u8, bool) {
+    const FE: u8 = 0x10;
+    let mut mcu = mcu(&build_with("usart.c", &["LATE"]));
+    let at = mcu.run_to_marker(1, 10_000).unwrap().cycle;
+    for &(value, delay, length) in characters {
+        mcu.receive(0, Character { value, start: at + delay, end: at + delay + length });
+    }
+    assert_eq!(mcu.run_to_end(100_000), State::Done);
+    let [status, byte] = marked(&mcu)[1..] else { panic!("one byte is read") };
+    (byte, status & FE != 0)
+}
+
+/// It reads the line in the middle of each of its own bits.
 #[test]
 fn a_byte_at_another_rate_is_received_as_the_line_has_it() {
-    const FE: u8 = 0x10;
-    let received = |value, length| {
-        let mut mcu = mcu(&build_with("usart.c", &["LATE"]));
-        let start = mcu.run_to_marker(1, 10_000).unwrap().cycle;
-        mcu.receive(0, Character { value, start, end: start + length });
-        assert_eq!(mcu.run_to_end(100_000), State::Done);
-        let [status, byte] = marked(&mcu)[1..] else { panic!("one byte is read") };
-        (byte, status & FE)
-    };
-    assert_eq!(received(0x5a, FRAME), (0x5a, 0));
-    assert_eq!(received(0x5a, FRAME * 104 / 100), (0x5a, 0), "4 % is within what a receiver takes");
+    let received = |value, length| received(&[(value, 0, length)]);
+    assert_eq!(received(0x5a, FRAME), (0x5a, false));
+    assert_eq!(received(0x5a, FRAME * 104 / 100), (0x5a, false), "4 % is within what a receiver takes");
     // At half the rate each bit is read twice, the start bit first, and bit 3 as the stop bit.
-    assert_eq!(received(0x5a, 2 * FRAME), (0b1001_1000, 0));
-    assert_eq!(received(0x00, 2 * FRAME), (0, FE));
+    assert_eq!(received(0x5a, 2 * FRAME), (0b1001_1000, false));
+    assert_eq!(received(0x00, 2 * FRAME), (0, true));
     // At twice the rate bits 2, 4 and 6 are read, and then the idle line.
-    assert_eq!(received(0x5a, FRAME / 2), (0b1111_1110, 0));
+    assert_eq!(received(0x5a, FRAME / 2), (0b1111_1110, false));
+}
+
+/// The line is low while either byte is.
+#[test]
+fn of_bytes_that_overlap_the_zeros_are_received() {
+    const BIT: u64 = FRAME / 10;
+    let received = |value, delay| received(&[(0xfb, 0, FRAME), (value, delay, FRAME)]);
+    assert_eq!(received(0xdf, 0), (0xdb, false));
+    assert_eq!(received(0xff, 8 * BIT), (0x7b, false), "its start bit is the last bit of the first");
+    assert_eq!(received(0xff, 9 * BIT), (0xfb, true), "its start bit is where the first one stops");
 }
 
 /// RXC is level-triggered: it raises the interrupt again although the handler did not end with RETI.
@@ -132,7 +147,7 @@ fn a_byte_at_another_rate_is_received_as_the_line_has_it() {
 fn bytes_that_wait_raise_one_interrupt_after_another() {
     let mut mcu = mcu(&build_with("usart.c", &["KERNEL"]));
     let start = mcu.run_to_marker(1, 10_000).unwrap().cycle;
-    for value in [0x61, 0x62, 0x63] {
+    for (value, start) in [0x61, 0x62, 0x63].into_iter().zip((start..).step_by(FRAME as usize)) {
         mcu.receive(0, Character { value, start, end: start + FRAME });
     }
     mcu.run_until(start + 100_000);

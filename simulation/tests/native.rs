@@ -136,6 +136,7 @@ fn the_outcome_depends_on_the_seed_only() {
         robot.set_tile(tile);
         robot.change(&Change::Loss { links: Links::All, probability: 0.2 }).unwrap();
         robot.change(&Change::Noise { links: Links::From(face(0, Back)), probability: 0.01 }).unwrap();
+        robot.change(&Change::SharedLight(true)).unwrap();
         let mut trace_events = Vec::new();
         while robot.now() < SECOND {
             robot.run_until((robot.now() + step).min(SECOND));

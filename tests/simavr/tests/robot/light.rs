@@ -48,9 +48,22 @@ fn each_usart_hears_what_it_sends_and_nobody_who_has_no_neighbour_hears_anything
     }
 }
 
+/// At a stop modules are together, wherever in a window that is.
 #[test]
-fn threads_change_nothing_of_it() {
-    assert_eq!(by_images(2, 1).robot.state_hash(), by_images(2, 2).robot.state_hash());
+fn neither_threads_nor_stops_change_anything_of_it() {
+    let outcome = |threads, step: u64| {
+        let robot = RobotBuilder::chain(firmware(), 4).seed(2).build();
+        let mut engine = Engine::new(robot.expect("it can be built"), threads);
+        engine.change(&Change::SharedLight(true)).expect("it can happen");
+        while engine.cycle() < SECOND {
+            engine.run_until((engine.cycle() + step).min(SECOND));
+        }
+        (engine.state_hash(), engine.links())
+    };
+    let expected = outcome(1, SECOND);
+    assert_eq!(outcome(2, SECOND), expected);
+    assert_eq!(outcome(1, 7_919), expected);
+    assert_eq!(outcome(1, 50_021), expected);
 }
 
 /// The native engine takes two frames that overlap for drowned; simavr adds their bits.
