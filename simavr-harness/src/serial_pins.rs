@@ -34,10 +34,8 @@ pub struct SerialPinCounts {
 pub(crate) struct PinSerial {
     pins: SerialPins,
     sender: Sender,
-    /// The edges of characters to come at the receiving pin: the cycle of each, and the level after it.
+    /// The edges to come at the receiving pin: the cycle of each, and the level after it.
     edges: VecDeque<(u64, bool)>,
-    /// How many of the characters that overlap at the receiving pin are low.
-    lows: u32,
     counts: SerialPinCounts,
 }
 
@@ -63,7 +61,7 @@ pub(crate) fn attach(cpu: Cpu, pins: SerialPins) -> Attached<PinSerial> {
 impl PinSerial {
     fn new(pins: SerialPins) -> Self {
         let sender = Sender { level: true, start: None, edges: Vec::new(), sent: Vec::new() };
-        PinSerial { pins, sender, edges: VecDeque::new(), lows: 0, counts: SerialPinCounts::default() }
+        PinSerial { pins, sender, edges: VecDeque::new(), counts: SerialPinCounts::default() }
     }
 
     /// The program's pins are inputs again: the line is idle.
@@ -155,8 +153,7 @@ impl Device for PinSerial {
         }
         while let Some(&(_, level)) = self.edges.front().filter(|edge| edge.0 <= now) {
             self.edges.pop_front();
-            self.lows = if level { self.lows - 1 } else { self.lows + 1 };
-            cpu.drive_pin(self.pins.receive.port, self.pins.receive.bit, self.lows == 0);
+            cpu.drive_pin(self.pins.receive.port, self.pins.receive.bit, level);
         }
     }
 
