@@ -5,7 +5,8 @@ use std::collections::{BTreeMap, VecDeque};
 use console::request::Topic;
 use simulation::{
     Bodies, CHARACTER, Change, Environment, Face, Links, MILLISECOND, Motion, Placing, Random,
-    SHARED_LIGHT_LATENESS, START_UP, Terminal, Terrain, Transcript, Wiring, WiringError, fnv_1a, lateness,
+    SHARED_LIGHT_LATENESS, START_UP, Terminal, Terrain, Transcript, Wiring, WiringError, fnv_1a, is_on_pins,
+    lateness,
 };
 use tasks::dock::{Dock, DockSet};
 use thiserror::Error;
@@ -72,8 +73,6 @@ pub struct Event {
 struct Port {
     peer: Face,
     channel: Channel,
-    /// How late characters arrive, in cycles.
-    delay: u64,
 }
 
 /// A character on its way between two modules.
@@ -339,12 +338,14 @@ impl Robot {
         self.set_latches(&before);
         for (number, member) in self.members.iter_mut().enumerate() {
             member.echoes = self.wiring.obstacles(number);
+            member.shares_light = self.wiring.shares_light();
         }
         match change {
             Change::Attach(..)
             | Change::Detach(_)
             | Change::Swap(..)
             | Change::Obstacle { .. }
+            | Change::SharedLight(_)
             | Change::Push { .. } => {}
             &Change::Reset { module, mcus } => {
                 for mcu in Controller::ALL.into_iter().filter(|mcu| mcus.contains(*mcu)) {
@@ -357,9 +358,6 @@ impl Robot {
             }
             &Change::Noise { links, probability } => {
                 self.for_links(links, |faults| faults.byte_noise = probability);
-            }
-            &Change::SharedLight(is_shared) => {
-                self.members.iter_mut().for_each(|member| member.shares_light = is_shared);
             }
             &Change::Roll(degrees) => {
                 self.roll = degrees;
@@ -401,8 +399,7 @@ impl Robot {
         self.channels += 1;
         let faults = self.members[from.module].faults[index(from.dock)].clone();
         let channel = Channel::new(faults, random);
-        let delay = lateness(from.dock, peer.dock);
-        *self.port_mut(from) = Some(Port { peer, channel, delay });
+        *self.port_mut(from) = Some(Port { peer, channel });
     }
 
     /// Lets free docks hear those that they see in the world by now.
@@ -536,14 +533,13 @@ impl Member {
             }
             for sent in sent {
                 if self.echoes.contains(dock) {
-                    let character = sent.later(lateness(dock, dock));
+                    let character = sent.later(lateness(dock, dock, false));
                     deliver(Delivery { from, to: from, character });
                 }
                 let Some(port) = port else { continue };
-                let shared = if self.shares_light { SHARED_LIGHT_LATENESS } else { 0 };
-                let sent = sent.later(port.delay + shared);
+                let sent = sent.later(lateness(dock, port.peer.dock, self.shares_light));
                 // A port on pins is deaf while it sends.
-                if self.shares_light && lateness(dock, dock) == 0 {
+                if self.shares_light && !is_on_pins(dock) {
                     deliver(Delivery { from, to: from, character: sent });
                 }
                 if let Some(value) = port.channel.carry(sent.value) {

@@ -100,7 +100,11 @@ impl Change {
                 Links::From(face) => wiring.expect_attached(face),
             },
             Change::Obstacle { at, is_there } => wiring.set_obstacle(at, is_there),
-            Change::Roll(_) | Change::SharedLight(_) => Ok(()),
+            Change::SharedLight(is_shared) => {
+                wiring.share_light(is_shared);
+                Ok(())
+            }
+            Change::Roll(_) => Ok(()),
             Change::Command { at, .. } | Change::Console(at) => wiring.expect_free(at),
         }
     }

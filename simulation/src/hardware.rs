@@ -43,20 +43,21 @@ pub fn is_on_slave(dock: Dock) -> bool {
 }
 
 /// Whether a dock's port is made of pins and a timer. It hears nothing while it sends: the timer does both.
-pub(crate) fn is_on_pins(dock: Dock) -> bool {
+pub fn is_on_pins(dock: Dock) -> bool {
     [MASTER.timer3, SLAVE.timer3].contains(&dock)
 }
 
 /// How much later than on a board a character comes from one of these docks to the other, in cycles: a
 /// character that is sent by pins is known only at its end, and one that is received by them begins with an
 /// edge. Modules can run apart for the time of a character only if it is that late for each end on pins.
-pub fn lateness(one: Dock, other: Dock) -> u64 {
-    [one, other].into_iter().filter(|dock| is_on_pins(*dock)).count() as u64 * CHARACTER
+/// Where they [share one light](crate::Change::SharedLight) it is [later yet](SHARED_LIGHT_LATENESS).
+pub fn lateness(one: Dock, other: Dock, shares_light: bool) -> u64 {
+    let on_pins = [one, other].into_iter().filter(|dock| is_on_pins(*dock)).count() as u64;
+    on_pins * CHARACTER + if shares_light { SHARED_LIGHT_LATENESS } else { 0 }
 }
 
-/// How much later a character comes where the docks of a link [share one light](crate::Change::SharedLight),
-/// in cycles, and how far modules run apart then: a receiver has to know of all that is sent before a
-/// character ends.
+/// How much later a character comes where the docks of a link share one light, in cycles, and how far modules
+/// run apart then: a receiver has to know of all that is sent before a character ends.
 pub const SHARED_LIGHT_LATENESS: u64 = CHARACTER / 8;
 
 /// The least time, in cycles, that a hormone can take from one module to the next between these docks: that

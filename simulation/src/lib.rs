@@ -62,7 +62,7 @@ pub use environment::Environment;
 pub use file::FileError;
 pub use gait::Gait;
 pub use hardware::{
-    CHARACTER, CLOCK_HZ, MILLISECOND, SHARED_LIGHT_LATENESS, START_UP, is_on_slave, lateness,
+    CHARACTER, CLOCK_HZ, MILLISECOND, SHARED_LIGHT_LATENESS, START_UP, is_on_pins, is_on_slave, lateness,
 };
 pub use hash::fnv_1a;
 pub use hooks::Hooks;

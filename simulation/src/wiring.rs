@@ -33,6 +33,8 @@ pub struct Wiring {
     dead: Vec<usize>,
     /// By module, the docks before which something is that reflects what they send.
     obstacles: Vec<DockSet>,
+    /// Whether the docks of a link share one light.
+    shares_light: bool,
 }
 
 /// Why docks can't be attached or detached, or something else can't happen to a module.
@@ -63,7 +65,18 @@ impl Wiring {
             attached: vec![[None; 6]; modules],
             dead: Vec::new(),
             obstacles: vec![DockSet::EMPTY; modules],
+            shares_light: false,
         }
+    }
+
+    /// Has the docks of each link [share one light](crate::Change::SharedLight), or no longer so.
+    pub fn share_light(&mut self, is_shared: bool) {
+        self.shares_light = is_shared;
+    }
+
+    /// Whether the docks of a link share one light.
+    pub fn shares_light(&self) -> bool {
+        self.shares_light
     }
 
     pub fn modules(&self) -> usize {

@@ -246,6 +246,22 @@ fn arrows_lead_from_dock_to_dock_and_from_hormone_to_hormone() {
     assert!(frames > 50 && (frames..=frames + 4).contains(&sent), "{frames} of {sent} frames");
 }
 
+/// Light of both docks comes at both, and later; a frame that nothing overlaps has an arrow all the same.
+#[test]
+fn arrows_lead_from_dock_to_dock_where_these_share_one_light() {
+    let robot = file("shared-light.toml");
+    let text = "shape = \"chain\"\nmodules = 2\n[[event]]\nat = 0\nshared_light = true\n";
+    std::fs::write(&robot, text).expect("it can be written");
+    let path = robot.to_str().expect("the path is text");
+    let options = ["--seconds", "2", "--world", "none", "--trace-of", "0.slave,1.master"];
+    let (_, timeline) = traced("shared-light", &[&[path], &options[..]].concat());
+    std::fs::remove_file(&robot).expect("it can be removed");
+    let sent = [("0.slave", "Back sends"), ("1.master", "Front sends")];
+    let sent: usize = sent.map(|(mcu, track)| timeline.track(mcu, track).len()).into_iter().sum();
+    let frames = timeline.flows.len();
+    assert!(frames > 50 && (frames..=frames + frames / 10).contains(&sent), "{frames} of {sent} frames");
+}
+
 #[test]
 fn joints_are_controlled_each_millisecond() {
     let (_, timeline) = traced("joints", &["chain", "--modules", "2", "--seconds", "2", "--world", "none"]);

@@ -13,11 +13,11 @@
 
 use std::collections::VecDeque;
 
-use super::incoming::{Frame, Incoming, is_high};
 use crate::character::Character;
 use crate::cpu::{Cpu, News, Vector};
 use crate::device::{Attached, Device, make_plain};
 use crate::part::UsartRegisters;
+use crate::repair::incoming::{Frame, Incoming, is_high};
 use crate::repair::interrupt;
 
 /// The counts of a USART since power-up.

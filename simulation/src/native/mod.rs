@@ -29,7 +29,7 @@ use crate::change::{Change, Links};
 use crate::command::{SENDS, label};
 use crate::environment::Environment;
 use crate::hardware::MILLISECOND;
-use crate::hardware::{SHARED_LIGHT_LATENESS, lateness};
+use crate::hardware::lateness;
 use crate::hash::Fnv;
 use crate::placing::Placing;
 use crate::pose::Angles;
@@ -58,8 +58,6 @@ pub struct Native {
     wiring: Wiring,
     /// By module and dock, the way from there.
     channels: Vec<[Channel; 6]>,
-    /// Whether the docks of a link share one light.
-    shares_light: bool,
     /// Whether any link ever lost or changed something.
     has_faults: bool,
     /// By module, when it has something to do next.
@@ -114,7 +112,6 @@ impl Native {
             modules: (0..count).map(module).collect(),
             wiring,
             channels: (0..count).map(|module| Dock::ALL.map(|dock| channel(module, dock))).collect(),
-            shares_light: false,
             has_faults: false,
             due: vec![0; count],
             distance: 0,
@@ -188,7 +185,7 @@ impl Native {
     /// A frame leaves by a dock.
     fn fly(&mut self, from: Face, flight: Flight) {
         if self.wiring.obstacles(from.module).contains(from.dock) {
-            self.arrive(from, flight.clone().later(lateness(from.dock, from.dock)));
+            self.arrive(from, flight.clone().later(lateness(from.dock, from.dock, false)));
         }
         let in_sight = || self.in_sight.get(&from).copied();
         let Some(to) = self.wiring.peer(from).or_else(in_sight) else { return };
@@ -202,8 +199,9 @@ impl Native {
                 return self.modules[to.module].garbled(to.dock);
             }
         }
-        let shared = self.shares_light.then(|| flight.span.clone());
-        let late = lateness(from.dock, to.dock) + if self.shares_light { SHARED_LIGHT_LATENESS } else { 0 };
+        let shares_light = self.wiring.shares_light();
+        let shared = shares_light.then(|| flight.span.clone());
+        let late = lateness(from.dock, to.dock, shares_light);
         self.arrive(to, Flight { shared, ..flight.later(late) });
     }
 
@@ -267,7 +265,11 @@ impl Robot for Native {
             self.change_world(change, &before);
         }
         match change {
-            Change::Attach(..) | Change::Detach(_) | Change::Swap(..) | Change::Obstacle { .. } => {}
+            Change::Attach(..)
+            | Change::Detach(_)
+            | Change::Swap(..)
+            | Change::Obstacle { .. }
+            | Change::SharedLight(_) => {}
             &Change::Reset { module, mcus } => {
                 self.dockings.retain(|due| due.module != module || !mcus.contains(mcu_of(due.dock())));
                 self.modules[module].reset(self.now, mcus);
@@ -284,7 +286,6 @@ impl Robot for Native {
             &Change::Noise { links, probability } => {
                 self.for_links(links, |channel| channel.noise = probability);
             }
-            &Change::SharedLight(is_shared) => self.shares_light = is_shared,
             &Change::Roll(degrees) => {
                 self.roll = degrees;
                 self.feel();

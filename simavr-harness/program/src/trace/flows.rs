@@ -36,11 +36,10 @@ pub fn frames(events: &mut Events, passed: &HashMap<Face, Passed>, recording: &R
     for from in faces {
         let here = &passed[&from];
         for piece in &here.sent {
-            let Some(to) = wiring_at(recording, piece.begin).and_then(|wiring| wiring.peer(from)) else {
-                continue;
-            };
+            let Some(wiring) = wiring_at(recording, piece.begin) else { continue };
+            let Some(to) = wiring.peer(from) else { continue };
             let Some(there) = passed.get(&to) else { continue };
-            let begin = piece.begin + lateness(from.dock, to.dock);
+            let begin = piece.begin + lateness(from.dock, to.dock, wiring.shares_light());
             let arrives = there.received.binary_search_by_key(&begin, |piece| piece.begin);
             if arrives.is_ok() && begin < end {
                 events.flow(&describe(&piece.what).0, (here.out, piece.begin), (there.into, begin));
