@@ -52,7 +52,7 @@ pub trait Context: sealed::Sealed {
     ///
     /// Each kernel call of a task, this one included, ends with interrupts enabled, whatever their state was
     /// before. So a task must make none inside of another crate's critical section: the call would end that
-    /// section, and the compiler does not notice.
+    /// section. The compiler does not notice; `stack-bound` refuses such a program.
     fn mask<R>(&mut self, body: impl FnOnce(&Masked) -> R) -> R;
 
     /// Runs the highest ready task if that is no longer the running one. In an interrupt this

@@ -14,6 +14,10 @@
 //! in a handler. So each vector is followed twice: from a task's stack, and from the kernel's stack, on which
 //! it stays. The kernel's `Stack::start` lists the tasks in a section of the ELF file.
 //!
+//! # Critical sections
+//! The same paths show a critical section of another crate that a call of the kernel would end early. That is
+//! an error, too: the compiler does not notice it, and the section protects nothing behind the call.
+//!
 //! # Assumptions
 //! - A call preserves Y, and pops what it pushed below its return address. (The second is checked for
 //!   functions that are followed.)
@@ -39,6 +43,7 @@ mod problem;
 mod program;
 mod registers;
 mod report;
+mod sections;
 mod state;
 pub mod timing;
 mod usage;
@@ -55,6 +60,7 @@ use std::collections::BTreeMap;
 
 use program::{Program, SWITCH};
 use registers::StackPointer;
+use sections::Sections;
 use usage::{Usage, Use};
 
 /// The size of a preempted context besides the return address, in bytes: all registers and SREG. A test
@@ -64,7 +70,8 @@ const REGISTERS: u32 = 33;
 /// The stacks of a program: of its tasks, and of the kernel.
 ///
 /// # Errors
-/// Each problem that keeps the use of a stack from being computed.
+/// Each problem that keeps the use of a stack from being computed, and each critical section that a call of
+/// the kernel ends early.
 pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Vec<Problem>> {
     let mut program = Program::new(image, annotations, Found::Task);
     let mut kernel = program.start_up().kernel;
@@ -86,8 +93,10 @@ pub fn stacks(image: &Image, annotations: &Annotations) -> Result<Vec<Stack>, Ve
     }
     stacks.sort_by(|one, other| one.name.cmp(&other.name));
     stacks.push(Stack::of_kernel(image, kernel.with(&on_kernel)));
-    program.problems.append(&mut nested.problems);
-    if program.problems.is_empty() { Ok(stacks) } else { Err(program.problems.into_iter().collect()) }
+    let mut problems = std::mem::take(&mut program.problems);
+    problems.append(&mut nested.problems);
+    problems.append(&mut Sections::that_end_early(image, annotations, &program.into_flows()));
+    if problems.is_empty() { Ok(stacks) } else { Err(problems.into_iter().collect()) }
 }
 
 /// The control flow of all functions that a program's tasks and interrupts reach, by their start addresses.

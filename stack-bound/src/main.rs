@@ -10,7 +10,8 @@ use stack_bound::{Annotations, Image, stacks};
 
 const USAGE: &str = "usage: superbot-stack-bound IMAGE [NOTES]
 Prints how many bytes of each stack the program in the ELF file IMAGE needs at most. NOTES is a file that says
-where indirect calls lead, and how much recursion uses.";
+where indirect calls lead, and how much recursion uses. A critical section that a call of the kernel would end
+early is an error.";
 
 fn main() -> ExitCode {
     let arguments: Vec<_> = std::env::args_os().skip(1).collect();

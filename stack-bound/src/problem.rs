@@ -29,6 +29,11 @@ pub enum Problem {
          argument; pass no more than 18 bytes of arguments"
     )]
     ReturnAddress { function: String, address: u32 },
+    #[error(
+        "{function} enables interrupts at {address:#x}, by {by}, within a critical section that restores \
+         SREG; put the call of the kernel before it or behind it"
+    )]
+    SectionEnded { function: String, address: u32, by: String },
     #[error("{function} runs into data at {address:#x}, which is not an instruction")]
     NoCode { function: String, address: u32 },
 }

@@ -293,6 +293,27 @@ fn what_no_compiler_makes_is_named() {
     }
 }
 
+#[test]
+fn critical_sections_that_end_early_are_named() {
+    let problems = problems(&build("sections.S", "atmega128"));
+    let named = |problem: &String| {
+        let (function, rest) = problem.split_once(' ').expect("a function's name comes first");
+        let (_, by) = rest.split_once(", ").expect("what enables interrupts comes after the address");
+        (function.to_owned(), by.split(',').next().unwrap_or_default().to_owned())
+    };
+    let named: Vec<_> = problems.iter().map(named).collect();
+    let expected = [
+        ("ends_by_a_call", "by signal"),
+        ("ends_by_sei", "by sei"),
+        ("ends_by_the_callee_of_a_callee", "by signals"),
+        ("ends_each_turn", "by signal"),
+        ("ends_in_the_outer_one", "by signal"),
+        ("ends_on_one_path", "by signal"),
+        ("ends_what_a_callee_began", "by signal"),
+    ];
+    assert_eq!(named, expected.map(|(function, by)| (function.to_owned(), by.to_owned())), "{problems:?}");
+}
+
 /// An argument on the stack lies above two bytes of return address, and inside of three.
 #[test]
 fn an_argument_that_is_the_return_address_is_named() {
