@@ -133,7 +133,7 @@ impl Interrupt {
     /// none is pending.
     ///
     /// # Safety
-    /// The interrupt of this handler must not occur again meanwhile.
+    /// The interrupt of this handler must not occur again meanwhile, and no critical section may be open.
     #[inline(always)]
     pub unsafe fn window(&mut self) {
         // SAFETY: this is an ISR's context outside of a critical section, which would borrow it. The caller

@@ -78,13 +78,12 @@ impl<'a> Sections<'a> {
             if node.next.is_empty() && node.wakes.is_none() {
                 left_open = left_open.max(Some(after.open));
             }
+            // A section may also end by `sei`, which is skipped where interrupts were masked before it.
             let enables = |to| flow.nodes.get(to).is_some_and(|next| next.masking == Masking::Enables);
-            let ends =
-                after.open > 0 && !after.is_masked_again && node.next.iter().any(|(to, _)| enables(to));
-            for to in node.next.iter().map(|(to, _)| to).chain(&node.wakes) {
-                // `sei` is skipped where interrupts were masked before: the section ends on this path, too.
-                due.push((*to, if ends && !enables(to) { after.ended() } else { after }));
-            }
+            let may_end = after.open > 0 && !after.is_masked_again && node.next.len() > 1;
+            let ends = may_end && node.next.iter().any(|(to, _)| enables(to));
+            let after = if ends { after.ended() } else { after };
+            due.extend(node.next.iter().map(|(to, _)| to).chain(&node.wakes).map(|to| (*to, after)));
         }
         let left_open = left_open.unwrap_or(0);
         self.left_open.insert(entry, left_open);
@@ -109,7 +108,7 @@ impl<'a> Sections<'a> {
             Masking::Masks if at.is_read => At { open: (at.open + 1).min(MOST), is_read: false, ..at },
             Masking::Masks => At { is_masked_again: is_open, ..at },
             Masking::Enables => {
-                if at.is_masked_again {
+                if is_open {
                     self.ends_early(address, "sei");
                 }
                 At::default()

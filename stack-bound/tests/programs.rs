@@ -305,6 +305,8 @@ fn critical_sections_that_end_early_are_named() {
     let expected = [
         ("ends_by_a_call", "by signal"),
         ("ends_by_sei", "by sei"),
+        ("ends_by_sei_alone", "by sei"),
+        ("ends_by_sei_on_one_path", "by sei"),
         ("ends_by_the_callee_of_a_callee", "by signals"),
         ("ends_each_turn", "by signal"),
         ("ends_in_the_outer_one", "by signal"),
