@@ -181,8 +181,13 @@ impl Orders {
         }
         let mut over: Vec<Reshaped> = self.reshaped.extract_if(.., |reshaped| reshaped.at <= now).collect();
         over.retain(|reshaped| self.of[reshaped.module].number == reshaped.order);
-        let give = |Reshaped { module, then, .. }| self.give(wiring, module, (then as u8, Period::OWN), now);
-        changed.extend(over.into_iter().flat_map(give));
+        for Reshaped { module, order, then, .. } in over {
+            let instead = self.doubts.instead_of(module, order);
+            changed.extend(self.give(wiring, module, (then as u8, Period::OWN), now));
+            // What may count instead of the order may do so instead of the gait that follows.
+            let order = self.of[module];
+            instead.into_iter().for_each(|instead| self.doubts.open(wiring, module, order, instead, now));
+        }
         changed
     }
 

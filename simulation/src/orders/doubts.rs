@@ -154,6 +154,12 @@ impl Doubts {
         self.before.iter().map(|before| before.orders[module]).collect()
     }
 
+    /// By module, what may count instead of an order of this one's body.
+    pub fn instead_of(&self, module: usize, order: u64) -> Vec<Arc<[Order]>> {
+        let open = self.open.iter().filter(|doubt| doubt.is_about(module, order));
+        open.map(|doubt| Arc::clone(&doubt.instead)).collect()
+    }
+
     /// The doubts that are to be settled by `now`.
     pub fn due(&mut self, now: u64) -> Vec<Doubt> {
         self.open.extract_if(.., |doubt| doubt.at <= now).collect()
@@ -260,14 +266,14 @@ pub fn hearing(wiring: &Wiring, module: usize) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use hormone::gait::GaitName::{self, Caterpillar, Centipede, Serpentine, SixLegs};
+    use hormone::gait::GaitName::{self, Caterpillar, Centipede, OpenRing, Serpentine, SixLegs};
     use hormone::period::Period;
     use hormone::standing::STOP;
     use hormone::status::Status;
     use tasks::dock::Dock::Back;
 
-    use super::super::Orders;
     use super::super::tests::walking;
+    use super::super::{LASTS, Orders};
     use super::*;
     use crate::shape::Shape;
     use crate::wiring::Face;
@@ -422,6 +428,21 @@ mod tests {
                 orders.choose(&chain, AT + 3 * DISCOVERY, status, |_| None);
                 assert_eq!(orders.gait(3).is_some(), is_acting, "{first} {second}");
             }
+        }
+    }
+
+    /// A chain is what an opened ring becomes, so it soon has to walk on, unless it has stopped.
+    #[test]
+    fn between_an_order_to_stop_and_the_gait_that_follows_another_order_it_counts_whether_any_module_acts() {
+        let chain = Shape::Chain.wiring(6).unwrap();
+        for says in [Some(walking(Caterpillar)), Some(Status::POWER_UP), None] {
+            let mut orders = Orders::new(6);
+            orders.give(&chain, 0, (STOP, Period::OWN), AT);
+            orders.give(&chain, 5, (OpenRing as u8, Period::OWN), AT + 1);
+            orders.settle(&chain, AT + 1 + LASTS);
+            orders.choose(&chain, AT + 2 * LASTS + 3 * DISCOVERY, |_| says, |_| None);
+            let counts = says.filter(|says| says.gait == Caterpillar as u8).map(|says| says.gait);
+            assert_eq!(orders.gait(3).map(|gait| gait.name), counts, "{says:?}");
         }
     }
 
