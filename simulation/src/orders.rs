@@ -230,6 +230,12 @@ impl Orders {
                 body.iter().for_each(|&it| self.of[it] = orders[follows]);
                 changed.extend(body);
                 changed.extend(self.spread(wiring));
+                // A body that was to rest has shown no pace.
+                let is_open = |it: &&Order| shown.beat.is_none() && orders[follows].differs_in_pace(**it);
+                for instead in orders.iter().filter(is_open) {
+                    let instead = vec![*instead; self.of.len()].into();
+                    self.doubts.open(wiring, module, orders[follows], instead, now);
+                }
             }
         }
         if self.choices.is_empty() {
@@ -293,6 +299,12 @@ impl Order {
     fn is_like(self, other: Order) -> bool {
         let what = |order: Order| order.gait().map(|gait| (gait.name, gait.beat));
         what(self) == what(other)
+    }
+
+    /// Whether both ask for the same gait in different Periods.
+    fn differs_in_pace(self, other: Order) -> bool {
+        let gaits = self.gait().zip(other.gait());
+        gaits.is_some_and(|(one, other)| one.name == other.name && one.beat != other.beat)
     }
 }
 

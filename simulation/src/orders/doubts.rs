@@ -397,6 +397,28 @@ mod tests {
         }
     }
 
+    /// Its modules, which seemed to rest, have shown no pace by then.
+    #[test]
+    fn of_two_orders_to_walk_that_meet_one_to_stop_the_pace_tells_later_which_counts() {
+        let chain = Shape::Chain.wiring(6).unwrap();
+        let own = u64::from(Serpentine.gait().beat.get()) * MILLISECOND;
+        let long = Period::of_milliseconds(4000).unwrap();
+        let longer = u64::from(long.of(Serpentine.gait()).beat.get()) * MILLISECOND;
+        for beat in [own, longer] {
+            let mut orders = Orders::new(6);
+            orders.give(&chain, 0, (Serpentine as u8, Period::OWN), AT);
+            orders.give(&chain, 2, (Serpentine as u8, long), AT + 1);
+            orders.give(&chain, 5, (STOP, Period::OWN), AT + 2);
+            let says = |_| Some(walking(Serpentine));
+            let walks_at = AT + 2 + DISCOVERY + 2 * longer;
+            orders.choose(&chain, walks_at, says, |_| None);
+            assert!(orders.gait(3).is_some());
+            orders.choose(&chain, walks_at + DISCOVERY + 2 * longer, says, |_| Some(beat));
+            let counts = orders.gait(3).map(|gait| u64::from(gait.beat.get()) * MILLISECOND);
+            assert_eq!(counts, Some(beat));
+        }
+    }
+
     /// The front part has taken up one of two orders that met, and joins one that was ordered once.
     #[test]
     fn a_body_in_doubt_that_joins_another_may_bring_either_order() {
