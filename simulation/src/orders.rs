@@ -63,6 +63,9 @@ pub struct Orders {
     restarting: Vec<(usize, u64)>,
     reshaped: Vec<Reshaped>,
     choices: Vec<Choice>,
+    /// Orders of what was ordered already: to which module, and until when they may come to it. One that
+    /// comes after another order is a new one.
+    again: Vec<(usize, (u8, Period), u64)>,
     doubts: Doubts,
 }
 
@@ -77,6 +80,7 @@ impl Orders {
             restarting: Vec::new(),
             reshaped: Vec::new(),
             choices: Vec::new(),
+            again: Vec::new(),
             doubts: Doubts::default(),
         }
     }
@@ -96,7 +100,11 @@ impl Orders {
         (gait, period): (u8, Period),
         now: u64,
     ) -> Vec<usize> {
-        let Some(standing) = self.of[module].standing.next(gait, period) else { return Vec::new() };
+        self.again.retain(|&(.., until)| now <= until);
+        let Some(standing) = self.of[module].standing.next(gait, period) else {
+            self.again.push((module, (gait, period), now + doubts::COMING));
+            return Vec::new();
+        };
         self.given += 1;
         let order = Order { number: self.given, standing };
         let stood = self.newest(&hearing(wiring, module)).unwrap_or(self.of[module]);
@@ -110,6 +118,12 @@ impl Orders {
             let Some(standing) = known.standing.next(gait, period) else { continue };
             let instead = stood.newer(Order { standing, ..order });
             self.doubts.open(wiring, module, self.of[module], vec![instead; self.of.len()].into(), now);
+        }
+        let body = hearing(wiring, module);
+        let again = self.again.iter().filter(|(other, ..)| body.contains(other));
+        for standing in again.filter_map(|&(_, (gait, period), _)| order.standing.next(gait, period)) {
+            let instead = vec![Order { standing, ..order }; self.of.len()];
+            self.doubts.open(wiring, module, self.of[module], instead.into(), now);
         }
         changed.extend((!before.is_like(order)).then_some(module));
         changed.extend(apart);
@@ -181,12 +195,8 @@ impl Orders {
         }
         let mut over: Vec<Reshaped> = self.reshaped.extract_if(.., |reshaped| reshaped.at <= now).collect();
         over.retain(|reshaped| self.of[reshaped.module].number == reshaped.order);
-        for Reshaped { module, order, then, .. } in over {
-            let instead = self.doubts.instead_of(module, order);
-            changed.extend(self.give(wiring, module, (then as u8, Period::OWN), now));
-            // What may count instead of the order may do so instead of the gait that follows.
-            let order = self.of[module];
-            instead.into_iter().for_each(|instead| self.doubts.open(wiring, module, order, instead, now));
+        for Reshaped { module, then, .. } in over {
+            changed.extend(self.walk_on(wiring, module, then, now));
         }
         changed
     }
@@ -246,9 +256,19 @@ impl Orders {
             let is_its = |choice: &&Choice| choice.order == order && choice.between.contains(&now);
             let then = self.choices.iter().find(is_its).map(|choice| choice.then);
             if let Some(then) = then.filter(|&then| says(module) == Some(then as u8)) {
-                changed.extend(self.give(wiring, module, (then as u8, Period::OWN), now));
+                changed.extend(self.walk_on(wiring, module, then, now));
             }
         }
+        changed
+    }
+
+    /// The body of a module walks by the gait that follows its order. What may count instead of the order may
+    /// do so instead of that gait. Returns the modules to which that is new.
+    fn walk_on(&mut self, wiring: &Wiring, module: usize, then: GaitName, now: u64) -> Vec<usize> {
+        let instead = self.doubts.instead_of(module, self.of[module].number);
+        let changed = self.give(wiring, module, (then as u8, Period::OWN), now);
+        let order = self.of[module];
+        instead.into_iter().for_each(|instead| self.doubts.open(wiring, module, order, instead, now));
         changed
     }
 

@@ -24,8 +24,10 @@ pub const DISCOVERY: u64 = 300 * MILLISECOND;
 /// How long a hormone may take from a module to the next.
 pub const HOP: u64 = 5 * MILLISECOND;
 
-/// How long a ring may take to elect a leader.
-const ELECTION: u64 = 5_000 * MILLISECOND;
+/// How long it may take until there is a leader: a ring has to elect one.
+pub fn election(leader: Leader) -> u64 {
+    if leader == Leader::Elected { 5_000 * MILLISECOND } else { 0 }
+}
 
 /// How long it may take, by this gait, until a module follows hormones that come another way than before: the
 /// module before it makes good the beats of a leader that is gone, and then some are silent. Until then those
@@ -217,7 +219,7 @@ impl Walker {
 
     /// How long it may take to be right after a change, where a frame and its ACK take so many tries.
     pub fn patience(&self, tries: f64) -> u64 {
-        let election = if self.gait.leader == Leader::Elected { ELECTION } else { 0 };
+        let election = election(self.gait.leader);
         let choice = self.choices * choice(&self.gait);
         self.period() + choice + ((DISCOVERY + election + self.hops * HOP) as f64 * tries) as u64
     }

@@ -359,6 +359,14 @@ fn where_an_order_and_a_change_meet_the_robot_decides_what_it_has_heard() {
              [[event]]\nat = 3.02\nreset = 2\nmcu = \"slave\"",
             80248,
         ),
+        // It comes to a dock that still sends to the module that was there.
+        (
+            "modules = 6\ndocks = [[\"0.Back\", \"2.Front\"], [\"0.Down\", \"1.Back\"], \
+             [\"2.Right\", \"3.Front\"], [\"3.Back\", \"4.Back\"], [\"3.Right\", \"5.Back\"]]",
+            "at = 2.475\ndetach = \"3.Right\"\n\
+             [[event]]\nat = 2.577\ncommand = [0xd0, 14, 255]\nto = \"3.Right\"",
+            4,
+        ),
     ] {
         expect_no_fault(robot, events, seed, 30);
     }

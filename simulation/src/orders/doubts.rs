@@ -7,8 +7,12 @@ use std::sync::Arc;
 use super::Order;
 use crate::command::SENDS;
 use crate::hardware::{GIVEN_UP_AFTER, MILLISECOND, STEP};
-use crate::walker::{DISCOVERY, HOP};
+use crate::walker::{DISCOVERY, HOP, election};
 use crate::wiring::Wiring;
+
+/// How long a module may not have heard an order: a remote control repeats it, and a dock may hear only the
+/// last sending.
+pub const COMING: u64 = SENDS[SENDS.len() - 1] + GIVEN_UP_AFTER;
 
 /// An order on its way from the module to which it was given.
 struct Spreading {
@@ -200,10 +204,9 @@ impl Doubts {
 }
 
 impl Spreading {
-    /// Whether the module may not have heard it yet: a remote control repeats an order, of which a dock may
-    /// hear only the last sending.
+    /// Whether the module may not have heard it yet.
     fn is_coming(&self, now: u64) -> bool {
-        now <= self.given_at + SENDS[SENDS.len() - 1] + GIVEN_UP_AFTER
+        now <= self.given_at + COMING
     }
 }
 
@@ -215,14 +218,14 @@ impl Doubt {
 
 impl Order {
     /// How long it takes, once all modules have heard, until what they do tells this order from another;
-    /// `None` if nothing does. The gait's name shows at once, whether any module acts at the first beat, and
-    /// the Period by two letters.
+    /// `None` if nothing does. The gait's name shows at once, whether any module acts at the first beat of
+    /// the leader, which a ring has to elect, and the Period by two letters.
     fn shows_after(self, other: Order) -> Option<u64> {
         let beat = |gait: hormone::gait::Gait| u64::from(gait.beat.get()) * MILLISECOND;
         match (self.gait(), other.gait()) {
             (Some(one), Some(other)) if one.name != other.name => Some(0),
             (Some(one), Some(other)) if one.beat != other.beat => Some(2 * beat(one).max(beat(other))),
-            (Some(gait), None) | (None, Some(gait)) => Some(beat(gait)),
+            (Some(gait), None) | (None, Some(gait)) => Some(beat(gait) + election(gait.leader)),
             _ => None,
         }
     }
@@ -266,7 +269,11 @@ pub fn hearing(wiring: &Wiring, module: usize) -> Vec<usize> {
 
 #[cfg(test)]
 mod tests {
-    use hormone::gait::GaitName::{self, Caterpillar, Centipede, OpenRing, Serpentine, SixLegs};
+    use hormone::action::Action;
+    use hormone::gait::GaitName::{
+        self, Caterpillar, Centipede, OpenRing, RollingTrack, Serpentine, SixLegs,
+    };
+    use hormone::gait::Leader;
     use hormone::period::Period;
     use hormone::standing::STOP;
     use hormone::status::Status;
@@ -330,9 +337,8 @@ mod tests {
     #[test]
     fn an_order_may_be_lost_only_where_the_ordered_module_starts_over_soon() {
         let chain = Shape::Chain.wiring(6).unwrap();
-        let soon = SENDS[SENDS.len() - 1] + GIVEN_UP_AFTER;
         for (module, after, counts) in
-            [(0, 1, Centipede), (0, soon, Centipede), (0, soon + 1, Caterpillar), (3, 1, Caterpillar)]
+            [(0, 1, Centipede), (0, COMING, Centipede), (0, COMING + 1, Caterpillar), (3, 1, Caterpillar)]
         {
             let mut orders = Orders::new(6);
             orders.give(&chain, 0, (Caterpillar as u8, Period::OWN), AT);
@@ -457,14 +463,48 @@ mod tests {
     #[test]
     fn between_an_order_to_stop_and_the_gait_that_follows_another_order_it_counts_whether_any_module_acts() {
         let chain = Shape::Chain.wiring(6).unwrap();
-        for says in [Some(walking(Caterpillar)), Some(Status::POWER_UP), None] {
+        // A module that has stopped names the gait of before.
+        let resting = Status { gait: Caterpillar as u8, ..Status::POWER_UP };
+        for says in [Some(walking(Caterpillar)), Some(resting), Some(Status::POWER_UP), None] {
             let mut orders = Orders::new(6);
             orders.give(&chain, 0, (STOP, Period::OWN), AT);
             orders.give(&chain, 5, (OpenRing as u8, Period::OWN), AT + 1);
+            orders.choose(&chain, AT + LASTS, |_| says, |_| None);
             orders.settle(&chain, AT + 1 + LASTS);
             orders.choose(&chain, AT + 2 * LASTS + 3 * DISCOVERY, |_| says, |_| None);
-            let counts = says.filter(|says| says.gait == Caterpillar as u8).map(|says| says.gait);
+            let counts = says.filter(|says| says.action != Action::Rest).map(|says| says.gait);
             assert_eq!(orders.gait(3).map(|gait| gait.name), counts, "{says:?}");
+        }
+    }
+
+    /// Until then it rests, whichever of both orders it follows.
+    #[test]
+    fn between_an_order_to_stop_and_one_to_roll_it_counts_whether_a_ring_acts_that_has_elected_a_leader() {
+        let ring = Shape::Ring.wiring(6).unwrap();
+        let mut orders = Orders::new(6);
+        orders.give(&ring, 0, (STOP, Period::OWN), AT);
+        orders.give(&ring, 3, (RollingTrack as u8, Period::OWN), AT + 1);
+        let due = AT + 1 + DISCOVERY + election(Leader::Elected);
+        assert!(orders.choose(&ring, due - 1, |_| Some(Status::POWER_UP), |_| None).is_empty());
+        orders.choose(&ring, due + 2 * DISCOVERY, |_| Some(walking(RollingTrack)), |_| None);
+        assert_eq!(orders.gait(2).map(|gait| gait.name), Some(RollingTrack as u8));
+    }
+
+    #[test]
+    fn an_order_of_what_was_ordered_already_may_come_after_another_order() {
+        let chain = Shape::Chain.wiring(6).unwrap();
+        for (after, said, counts) in [
+            (COMING, Caterpillar, Caterpillar),
+            (COMING, Serpentine, Serpentine),
+            (COMING + 1, Caterpillar, Serpentine),
+        ] {
+            let mut orders = Orders::new(6);
+            for (gait, at) in [(Caterpillar, 0), (Caterpillar, AT), (Serpentine, AT + after)] {
+                orders.give(&chain, 2, (gait as u8, Period::OWN), at);
+            }
+            orders.choose(&chain, AT + after + 2 * DISCOVERY, |_| Some(walking(said)), |_| None);
+            let named = orders.gait(4).map(|gait| gait.name);
+            assert_eq!(named, Some(counts as u8), "{after} {said:?}");
         }
     }
 
