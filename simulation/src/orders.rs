@@ -232,7 +232,7 @@ impl Orders {
                 acts: body.iter().any(|&it| acts(it)),
                 beat: beat(module).or_else(|| body.iter().find_map(|&it| beat(it))),
             };
-            let is_led = |gait: &Gait| body.iter().any(|&it| leads(wiring, it, gait.leader) == Some(1));
+            let is_led = |gait: &Gait| body.iter().any(|&it| leads(wiring, it, gait.leader).is_some());
             let then = |gait: &Gait| body.iter().find_map(|&it| then(wiring, it, gait)).map(GaitName::gait);
             let follows = shown.tells(&orders, is_led, then);
             if follows > 0 {

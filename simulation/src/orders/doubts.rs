@@ -481,13 +481,17 @@ mod tests {
     #[test]
     fn between_an_order_to_stop_and_one_to_roll_it_counts_whether_a_ring_acts_that_has_elected_a_leader() {
         let ring = Shape::Ring.wiring(6).unwrap();
-        let mut orders = Orders::new(6);
-        orders.give(&ring, 0, (STOP, Period::OWN), AT);
-        orders.give(&ring, 3, (RollingTrack as u8, Period::OWN), AT + 1);
-        let due = AT + 1 + DISCOVERY + election(Leader::Elected);
-        assert!(orders.choose(&ring, due - 1, |_| Some(Status::POWER_UP), |_| None).is_empty());
-        orders.choose(&ring, due + 2 * DISCOVERY, |_| Some(walking(RollingTrack)), |_| None);
-        assert_eq!(orders.gait(2).map(|gait| gait.name), Some(RollingTrack as u8));
+        for action in [Action::Curl, Action::Rest] {
+            let mut orders = Orders::new(6);
+            orders.give(&ring, 0, (STOP, Period::OWN), AT);
+            orders.give(&ring, 3, (RollingTrack as u8, Period::OWN), AT + 1);
+            let due = AT + 1 + DISCOVERY + election(Leader::Elected);
+            assert!(orders.choose(&ring, due - 1, |_| Some(Status::POWER_UP), |_| None).is_empty());
+            let says = Status { action, ..walking(RollingTrack) };
+            orders.choose(&ring, due + 4 * DISCOVERY, |_| Some(says), |_| None);
+            let counts = (action != Action::Rest).then_some(RollingTrack as u8);
+            assert_eq!(orders.gait(2).map(|gait| gait.name), counts);
+        }
     }
 
     #[test]
