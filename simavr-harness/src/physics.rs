@@ -5,8 +5,8 @@ use std::collections::HashMap;
 use plants::dock::{SIGHT, hears};
 use plants::geometry;
 use simulation::{
-    Body, Change, Environment, Face, Facing, Hooks, Motion, Noise, PUSH_MILLISECONDS, Placing, Terrain,
-    Wiring, fnv_1a,
+    Body, Change, Environment, Face, Facing, Hooks, JointFault, JointOf, Motion, Noise, PUSH_MILLISECONDS,
+    Placing, Terrain, Wiring, fnv_1a,
 };
 use world::assumed::ACCELEROMETER_HZ;
 use world::{Ground, Make, Placed, STEP_SECONDS, Trouble, World, WorldError};
@@ -121,6 +121,9 @@ impl Environment for Physics {
         match *change {
             Change::Swap(one, other) => self.world.swap(one, other),
             Change::Push { module, newtons } => self.world.push(module, newtons, PUSH_MILLISECONDS),
+            Change::Fault { joint: JointOf { module, axis }, fault } => {
+                self.world.jam(module, axis.index().into(), fault == JointFault::Jammed);
+            }
             Change::Roll(degrees) => {
                 self.world.turn_over(degrees - self.roll);
                 self.roll = degrees;

@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use console::request::Topic;
 use simulation::{
-    Bodies, CHARACTER, Change, Environment, Face, Links, MILLISECOND, Motion, Placing, Random,
+    Bodies, CHARACTER, Change, Environment, Face, JointOf, Links, MILLISECOND, Motion, Placing, Random,
     SHARED_LIGHT_LATENESS, START_UP, Terminal, Terrain, Transcript, Wiring, WiringError, fnv_1a, is_on_pins,
     lateness,
 };
@@ -364,6 +364,9 @@ impl Robot {
                 self.feel();
             }
             &Change::Slip { module, degrees } => self.members[module].module.body_mut().slip(degrees),
+            &Change::Fault { joint: JointOf { module, axis }, fault } => {
+                self.members[module].module.body_mut().break_joint(axis, fault);
+            }
             Change::Command { at, payload } => self.command(*at, payload),
             &Change::Console(Face { module, dock }) => {
                 let member = &mut self.members[module];

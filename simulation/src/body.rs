@@ -10,6 +10,7 @@ use tasks::motor::Axis;
 use tasks::motor::joint::Reading;
 use tasks::superbot::{MASTER, SLAVE};
 
+use crate::fault::JointFault;
 use crate::hooks::Hooks;
 use crate::noise::Noise;
 use crate::pose::Angles;
@@ -131,6 +132,13 @@ impl Body {
         for (joint, slip) in self.joints.iter_mut().zip(degrees) {
             joint.zero += slip;
         }
+    }
+
+    /// Breaks a joint, or mends it.
+    pub fn break_joint(&mut self, axis: Axis, fault: JointFault) {
+        let joint = self.joint_mut(axis);
+        joint.set_fault(fault.of_potentiometer());
+        joint.surroundings.is_blocked = fault == JointFault::Jammed;
     }
 
     /// From now on a world moves the joints. Returns the mean voltage at each motor since it last asked, in

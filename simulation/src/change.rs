@@ -10,6 +10,7 @@ use hormone::standing::STOP;
 use serde::Deserialize;
 use tasks::router::Mcu;
 
+use crate::fault::{JointFault, JointOf};
 use crate::wiring::{Face, Wiring, WiringError};
 
 /// For how long a push lasts.
@@ -45,6 +46,8 @@ pub enum Change {
     /// The potentiometers of a module's joints slip on their shafts: from now on they read so many degrees
     /// more, by the joints' indices.
     Slip { module: usize, degrees: [f64; 3] },
+    /// A joint breaks, or is mended.
+    Fault { joint: JointOf, fault: JointFault },
     /// A remote control sends a message to HORMONE, [a few times](crate::SENDS), through a dock to which
     /// nothing is attached.
     Command { at: Face, payload: Vec<u8> },
@@ -95,6 +98,7 @@ impl Change {
             Change::Reset { module, .. } | Change::Push { module, .. } | Change::Slip { module, .. } => {
                 wiring.check(module)
             }
+            Change::Fault { joint, .. } => wiring.check(joint.module),
             Change::Loss { links, .. } | Change::Noise { links, .. } => match links {
                 Links::All => Ok(()),
                 Links::From(face) => wiring.expect_attached(face),
@@ -149,6 +153,7 @@ impl fmt::Display for Change {
             Change::Slip { module, degrees: [front, roll, back] } => {
                 write!(f, "the potentiometers of module {module} slip by {front}, {roll} and {back} degrees")
             }
+            Change::Fault { joint, fault } => write!(f, "{fault} at {joint}"),
             Change::Console(at) => write!(f, "the console is asked at {at}"),
             Change::Command { at, .. } => match self.orders() {
                 Some((_, STOP, _)) => write!(f, "an order to stop at {at}"),
@@ -179,6 +184,7 @@ fn percent(probability: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use tasks::dock::Dock;
+    use tasks::motor::Axis;
 
     use super::*;
 
@@ -188,6 +194,8 @@ mod tests {
         let order = |gait: u8, period| Change::Command { at: one, payload: vec![0xd0 + gait, 7, period] };
         let loss = |probability| Change::Loss { links: Links::All, probability };
         let reset = |mcus| Change::Reset { module: 3, mcus };
+        let joint = JointOf { module: 3, axis: Axis::Roll };
+        let fault = |fault| Change::Fault { joint, fault };
         for (change, words) in [
             (Change::Attach(one, other), "1.Back and 2.Front are attached"),
             (Change::Detach(one), "1.Back is detached"),
@@ -219,6 +227,11 @@ mod tests {
                 Change::Slip { module: 3, degrees: [1.5, 0.0, -2.0] },
                 "the potentiometers of module 3 slip by 1.5, 0 and -2 degrees",
             ),
+            (fault(JointFault::Open), "the potentiometer's wire breaks at 3.Motor1"),
+            (fault(JointFault::Shorted), "the potentiometer is shorted to the supply at 3.Motor1"),
+            (fault(JointFault::Stuck), "the potentiometer's wiper stands still at 3.Motor1"),
+            (fault(JointFault::Jammed), "the joint jams at 3.Motor1"),
+            (fault(JointFault::None), "the joint is mended at 3.Motor1"),
             (Change::Console(one), "the console is asked at 1.Back"),
             (order(0, 255), "an order to stop at 1.Back"),
             (order(2, 20), "an order to walk by Caterpillar at 1.Back"),

@@ -11,6 +11,7 @@ use thiserror::Error;
 use toml::Spanned;
 
 use crate::change::{Change, Links, Mcus};
+use crate::fault::{JointFault, JointOf};
 use crate::fixed::Fixed;
 use crate::hardware::CLOCK_HZ;
 use crate::images::OtherImages;
@@ -60,6 +61,8 @@ struct EventTable {
     newtons: Option<Fixed<f64, 3>>,
     slip: Option<usize>,
     degrees: Option<Fixed<f64, 3>>,
+    joint: Option<JointOf>,
+    fault: Option<JointFault>,
     command: Option<Vec<u8>>,
     to: Option<Face>,
     console: Option<Face>,
@@ -185,6 +188,9 @@ impl Change {
             Change::Roll(degrees) => format!("roll = {degrees:?}"),
             Change::Push { module, newtons } => format!("push = {module}\nnewtons = {newtons:?}"),
             Change::Slip { module, degrees } => format!("slip = {module}\ndegrees = {degrees:?}"),
+            Change::Fault { joint, fault } => {
+                format!("joint = \"{joint}\"\nfault = \"{}\"", format!("{fault:?}").to_lowercase())
+            }
             Change::Command { at, payload } => format!("command = {payload:?}\nto = \"{at}\""),
             Change::Console(at) => format!("console = \"{at}\""),
         }
@@ -226,6 +232,9 @@ impl EventTable {
         if self.slip.is_some() != self.degrees.is_some() {
             return Err("give both `slip`, a module, and `degrees`, as in [1.5, 0, -2]".into());
         }
+        if self.joint.is_some() != self.fault.is_some() {
+            return Err("give both `joint`, as in \"1.Motor0\", and its `fault`".into());
+        }
         let links = self.from.map_or(Links::All, Links::From);
         let changes = [
             self.attach.map(|Fixed([one, other])| Ok(Change::Attach(one, other))),
@@ -241,6 +250,7 @@ impl EventTable {
             self.roll.map(|degrees| Ok(Change::Roll(roll(degrees)?))),
             self.push.zip(self.newtons).map(|(module, Fixed(newtons))| push(module, newtons)),
             self.slip.zip(self.degrees).map(|(module, Fixed(degrees))| slip(module, degrees)),
+            self.joint.zip(self.fault).map(|(joint, fault)| Ok(Change::Fault { joint, fault })),
             self.command.zip(self.to).map(|(payload, at)| command(payload, at)),
             self.console.map(|at| Ok(Change::Console(at))),
         ];
@@ -248,7 +258,7 @@ impl EventTable {
         match (changes.next(), changes.next()) {
             (Some(change), None) => change,
             _ => Err("give one of attach, detach, swap, reset, kill, loss, noise, obstacle, clear, \
-                      shared_light, roll, push, slip, command and console"
+                      shared_light, roll, push, slip, joint, command and console"
                 .into()),
         }
     }

@@ -23,6 +23,7 @@ mod course;
 mod discovery;
 mod docking;
 mod environment;
+mod fault;
 mod file;
 mod fixed;
 mod gait;
@@ -59,6 +60,7 @@ pub use command::{SENDS, command};
 pub use discovery::Discovery;
 pub use docking::Bodies;
 pub use environment::Environment;
+pub use fault::{JointFault, JointOf};
 pub use file::FileError;
 pub use gait::Gait;
 pub use hardware::{

@@ -1,10 +1,11 @@
 //! Robot files: what they say, and that their errors point at the line.
 
 use simulation::{
-    Block, Change, Event, Face, Links, Load, MILLISECOND, Mcus, OtherImages, Scenario, Shape, Stair, Terrain,
-    Wall, Wiring,
+    Block, Change, Event, Face, JointFault, JointOf, Links, Load, MILLISECOND, Mcus, OtherImages, Scenario,
+    Shape, Stair, Terrain, Wall, Wiring,
 };
 use tasks::dock::Dock::{self, Back, Down, Front, Left, Right, Up};
+use tasks::motor::Axis;
 
 const SECOND: u64 = 1000 * MILLISECOND;
 
@@ -83,6 +84,11 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         at = 8.3
         slip = 2
         degrees = [1.5, 0, -2]
+
+        [[event]]
+        at = 8.31
+        joint = "2.Motor1"
+        fault = "stuck"
         "#,
     )
     .unwrap();
@@ -103,6 +109,7 @@ fn a_file_says_how_docks_are_joined_and_what_happens() {
         (8.0, Change::Command { at: face(0, Left), payload: vec![1, 0] }),
         (8.29, Change::Push { module: 1, newtons: [0.0, -12.5, 3.0] }),
         (8.3, Change::Slip { module: 2, degrees: [1.5, 0.0, -2.0] }),
+        (8.31, Change::Fault { joint: JointOf { module: 2, axis: Axis::Roll }, fault: JointFault::Stuck }),
         (8.5, Change::Roll(-180.0)),
         (8.75, Change::Console(face(1, Down))),
         (9.0, Change::Kill(0)),
@@ -337,6 +344,20 @@ fn errors_point_at_the_line_and_say_what_to_do() {
         (&event("at = 1\nslip = 5\ndegrees = [0, 1, 2]"), 4, "[[event]]", "there is no module 5"),
         (&event("at = 1\nslip = 1\ndegrees = [0, 16, 2]"), 4, "[[event]]", "from -15 to 15"),
         (&event("at = 1\nslip = 1\ndegrees = [0, -16, 2]"), 4, "[[event]]", "from -15 to 15"),
+        (&event("at = 1\njoint = \"1.Motor1\""), 4, "[[event]]", "give both `joint`"),
+        (&event("at = 1\njoint = \"5.Motor1\"\nfault = \"open\""), 4, "[[event]]", "there is no module 5"),
+        (
+            &event("at = 1\njoint = \"1.Motor3\"\nfault = \"open\""),
+            6,
+            "\"1.Motor3\"",
+            "is not a joint: write",
+        ),
+        (
+            &event("at = 1\njoint = \"1.Motor1\"\nfault = \"bent\""),
+            7,
+            "\"bent\"",
+            "`stuck`, `jammed`, `none`",
+        ),
         (&event("at = 1\nconsole = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
         (&event("at = 1\nobstacle = \"1.Front\""), 4, "[[event]]", "detach it or use another"),
         (
@@ -345,7 +366,7 @@ fn errors_point_at_the_line_and_say_what_to_do() {
             "[[event]]",
             "an obstacle is before the Up dock of module 1; clear it first or use another",
         ),
-        (&event("at = 1\nconsole = \"0.Front\"\nkill = 1"), 4, "[[event]]", "slip, command and console"),
+        (&event("at = 1\nconsole = \"0.Front\"\nkill = 1"), 4, "[[event]]", "joint, command and console"),
         (&event("at = 1\nreset = 0\nmcu = \"both\"\ncolour = 1"), 8, "colour", "unknown field `colour`"),
         (&image("modules = []\nmaster = \"a.elf\""), 4, "[[image]]", "give `modules`"),
         (&image("modules = [1]"), 4, "[[image]]", "give `master`, `slave` or both"),

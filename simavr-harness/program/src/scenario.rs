@@ -119,8 +119,9 @@ pub fn expect_possible(options: &Sim, change: &Change) -> Result<(), String> {
         (_, Change::Push { .. }) if !has_world(options) => {
             Err("a push needs a world: ask for --world ground".into())
         }
-        (EngineName::Host, Change::Slip { .. }) if !has_world(options) => {
-            Err("the native engine has no potentiometers without a world: ask for --world ground".into())
+        (EngineName::Host, Change::Slip { .. } | Change::Fault { .. }) if !has_world(options) => {
+            Err("the native engine has no joints that could fail without a world: ask for --world ground"
+                .into())
         }
         (EngineName::Host, Change::Console(_)) => {
             Err("the native engine has no console that answers: ask for --engine simavr".into())

@@ -28,6 +28,7 @@ use tasks::message::{Address, Letter, Message, TaskCode};
 use crate::change::{Change, Links};
 use crate::command::{SENDS, label};
 use crate::environment::Environment;
+use crate::fault::JointOf;
 use crate::hardware::MILLISECOND;
 use crate::hardware::lateness;
 use crate::hash::Fnv;
@@ -295,6 +296,11 @@ impl Robot for Native {
                 // Without a body joints are where they are told to be.
                 if let Some(embodied) = self.modules[module].embodied_mut() {
                     embodied.body.slip(degrees);
+                }
+            }
+            &Change::Fault { joint: JointOf { module, axis }, fault } => {
+                if let Some(embodied) = self.modules[module].embodied_mut() {
+                    embodied.body.break_joint(axis, fault);
                 }
             }
             Change::Push { .. } => {} // without a world nothing has a weight

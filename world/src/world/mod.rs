@@ -20,6 +20,9 @@ use crate::motion::{LOOK, Odometer};
 use crate::mujoco::{Contact, Simulation, Warning};
 use crate::weld::{self, Weld};
 
+/// A joint that is jammed withstands so much torque, in Nm, many times that of its motor.
+const JAM: f64 = 100.0;
+
 /// Why a world can't be made.
 #[derive(Debug, Error)]
 pub enum WorldError {
@@ -47,6 +50,8 @@ pub struct World {
     steps: u64,
     /// By module, the force that pushes it, in N, and the number of steps that are left.
     pushes: Vec<([f64; 3], u32)>,
+    /// By module, whether each of its joints is jammed.
+    jammed: Vec<[bool; 3]>,
     odometer: Odometer,
     history: History,
 }
@@ -80,6 +85,7 @@ impl World {
             welds,
             steps: 0,
             pushes: vec![([0.0; 3], 0); modules.len()],
+            jammed: vec![[false; 3]; modules.len()],
             odometer: Odometer::default(),
             history: History::new(),
         };
@@ -103,7 +109,8 @@ impl World {
                 let speed = self.simulation.speeds()[place];
                 // The torque at standstill: the model's damping has the part that depends on speed.
                 self.simulation.forces_mut()[place] = motor.torque(motor.amperes(*volts, 0.0));
-                self.simulation.friction_mut()[place] = motor.friction(speed);
+                let is_jammed = self.jammed[module][joint];
+                self.simulation.friction_mut()[place] = if is_jammed { JAM } else { motor.friction(speed) };
             }
         }
         for (module, (newtons, steps)) in self.pushes.iter_mut().enumerate() {
@@ -157,6 +164,11 @@ impl World {
     /// replaces an earlier push.
     pub fn push(&mut self, module: usize, newtons: [f64; 3], milliseconds: u32) {
         self.pushes[module] = (newtons, milliseconds);
+    }
+
+    /// Holds a joint fast, or lets it go.
+    pub fn jam(&mut self, module: usize, joint: usize, is_jammed: bool) {
+        self.jammed[module][joint] = is_jammed;
     }
 
     /// Swaps two modules. Each gets the joint angles of the other, because it must be bent so to fit there.

@@ -157,6 +157,7 @@ fn in_a_world_robots_come_as_far_in_both_engines() {
         "shape = 'centipede'\nmodules = 10",
         include_str!("../../../../robots/gaits/caterpillar.toml"),
         include_str!("../../../../robots/gaits/serpentine.toml"),
+        include_str!("../../../../robots/broken-joints.toml"),
     ] {
         let scenario = Scenario::from_toml(file).expect("the file is right");
         let wiring = &scenario.wiring;

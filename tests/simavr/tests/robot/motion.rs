@@ -1,8 +1,9 @@
 //! Joints of whole modules on their plants: how the images carry out an action.
 
-use plants::joint::{Joint, PotentiometerFault};
+use plants::joint::Joint;
 use simavr_harness::bench::module::{Weight, under_weight};
 use simavr_harness::{Controller, Engine, Reset, RobotBuilder};
+use simulation::{Change, JointFault, JointOf, Robot};
 use superbot_tests_simavr::{MILLISECOND, firmware, images};
 use tasks::motor::Axis;
 
@@ -81,8 +82,8 @@ fn a_joint_whose_mcu_was_reset_is_told_again() {
 fn a_joint_with_a_broken_potentiometer_stays_where_it_is() {
     let mut engine = bent_chain();
     engine.run_until(800 * MILLISECOND);
-    let spine = engine.robot_mut().module_mut(SPINE).expect("there is one");
-    spine.body_mut().joint_mut(Axis::Roll).set_fault(Some(PotentiometerFault::Open));
+    let joint = JointOf { module: SPINE, axis: Axis::Roll };
+    engine.change(&Change::Fault { joint, fault: JointFault::Open }).expect("there is one");
     engine.run_until(850 * MILLISECOND);
     let [_, roll, _] = angles(&engine);
     assert!((5.0..25.0).contains(&roll), "{roll}");

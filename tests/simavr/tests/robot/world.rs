@@ -2,8 +2,10 @@
 
 use plants::battery::{CAPACITY, IDLE_AMPERES};
 use plants::motor::STALL_CURRENT;
-use simavr_harness::{Engine, Ground, RobotBuilder, Variation};
-use simulation::{Change, Face, Motion, Robot, Run, Scenario, Shape, Trouble};
+use simavr_harness::{Engine, Ground, Physics, RobotBuilder, Variation};
+use simulation::{
+    Change, Face, JointFault, JointOf, Motion, Native, Robot, Run, Scenario, Shape, Terrain, Trouble,
+};
 use superbot_tests_simavr::{MILLISECOND, firmware};
 use tasks::dock::Dock;
 use tasks::motor::Axis;
@@ -91,6 +93,35 @@ fn what_is_detached_stays_behind_and_can_be_joined_again() {
     engine.run_until(engine.cycle() + 4 * SECOND);
     assert!(engine.trouble().is_none());
     assert!(before > 5.0 && gap(&engine) < 1.0, "{before} mm, then {}", gap(&engine));
+}
+
+/// A joint of a leg, which turns with each step.
+fn expect_that_it_jams(mut robot: impl Robot) {
+    let joint = JointOf { module: 2, axis: Axis::Front };
+    for (until, fault, turns) in [
+        (4 * SECOND, JointFault::None, true),
+        (7 * SECOND, JointFault::Jammed, false),
+        (10 * SECOND, JointFault::None, true),
+    ] {
+        robot.change(&Change::Fault { joint, fault }).unwrap();
+        let mut angles = Vec::new();
+        while robot.now() < until {
+            robot.run_until(robot.now() + 20 * MILLISECOND);
+            angles.push(robot.angles(joint.module)[usize::from(joint.axis.index())]);
+        }
+        let [least, most] = [f64::min, f64::max].map(|one| angles.iter().copied().reduce(one).unwrap());
+        assert_eq!(most - least > 5.0, turns, "{least} to {most} until {until}");
+        assert!(turns || most - least < 1.0, "{least} to {most}");
+    }
+    assert!(robot.trouble().is_none());
+}
+
+#[test]
+fn a_joint_that_jams_stays_where_it_is_until_it_is_mended_in_both_engines() {
+    expect_that_it_jams(centipede(6, 1, 2));
+    let wiring = Shape::Centipede.wiring(6).unwrap();
+    let world = Physics::on_terrain(&wiring, &Terrain::default(), &[], 1).unwrap();
+    expect_that_it_jams(Native::new(wiring, 1, 40 * MILLISECOND).within(Box::new(world)));
 }
 
 #[test]
