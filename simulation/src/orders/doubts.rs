@@ -112,6 +112,11 @@ impl Doubts {
     pub fn rewired(&mut self, of: &[Order], (before, wiring): (&Wiring, &Wiring), now: u64) {
         self.forget(now);
         self.before.push(Before { wiring: before.clone(), orders: of.into(), until: now + DISCOVERY });
+        // What the modules do tells later which order they follow, as they have to find out the change first.
+        let changed = before.differences(wiring);
+        for doubt in self.open.iter_mut().filter(|it| changed.iter().any(|module| it.body.contains(module))) {
+            doubt.at = doubt.at.max(now + (doubt.at - doubt.since));
+        }
         if self.spreading.is_empty() && self.open.is_empty() {
             return;
         }
@@ -456,6 +461,27 @@ mod tests {
                 orders.choose(&chain, AT + 3 * DISCOVERY, status, |_| None);
                 assert_eq!(orders.gait(3).is_some(), is_acting, "{first} {second}");
             }
+        }
+    }
+
+    /// Its modules have to find out first who leads them now.
+    #[test]
+    fn what_a_body_does_tells_later_where_it_has_been_cut() {
+        let whole = Shape::Chain.wiring(6).unwrap();
+        let mut cut = whole.clone();
+        cut.detach(Face { module: 2, dock: Back }).unwrap();
+        let beat = u64::from(Serpentine.gait().beat.get()) * MILLISECOND;
+        let due = AT + DISCOVERY + beat;
+        for is_cut in [true, false] {
+            let mut orders = Orders::new(6);
+            orders.give(&whole, 0, (STOP, Period::OWN), AT);
+            orders.give(&whole, 5, (Serpentine as u8, Period::OWN), AT);
+            let wiring = if is_cut { &cut } else { &whole };
+            orders.rewired(&whole, wiring, due - 1);
+            orders.choose(wiring, due, |_| Some(Status::POWER_UP), |_| None);
+            assert_eq!(orders.gait(3).is_some(), is_cut);
+            orders.choose(wiring, due + DISCOVERY + beat, |_| Some(Status::POWER_UP), |_| None);
+            assert!(orders.gait(3).is_none());
         }
     }
 
