@@ -281,6 +281,7 @@ impl Gait {
     /// walk on.
     pub fn loses(&mut self, tries: f64, now: u64) {
         self.tries = tries;
+        self.orders.loses(tries);
         for walker in &mut self.walkers {
             walker.loses(now, self.tries);
         }

@@ -148,6 +148,11 @@ impl Orders {
         changed
     }
 
+    /// From now on a frame is sent so often until it and its ACK have arrived.
+    pub fn loses(&mut self, tries: f64) {
+        self.doubts.loses(tries);
+    }
+
     /// Programs of a module start over. An order that comes to it may be lost.
     pub fn interrupted(&mut self, wiring: &Wiring, module: usize, now: u64) {
         self.doubts.interrupted(&self.of, wiring, module, now);

@@ -367,6 +367,15 @@ fn where_an_order_and_a_change_meet_the_robot_decides_what_it_has_heard() {
              [[event]]\nat = 2.577\ncommand = [0xd0, 14, 255]\nto = \"3.Right\"",
             4,
         ),
+        // Where frames are lost it shows later whether it stops.
+        (
+            "shape = \"ring\"\nmodules = 5",
+            "at = 2.889\nloss = 0.3\n\
+             [[event]]\nat = 13.027\ncommand = [0xd0, 192, 10]\nto = \"2.Down\"\n\
+             [[event]]\nat = 13.058\ncommand = [0xd3, 115, 255]\nto = \"4.Right\"\n\
+             [[event]]\nat = 13.111\nkill = 0",
+            1,
+        ),
     ] {
         expect_no_fault(robot, events, seed, 30);
     }

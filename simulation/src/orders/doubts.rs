@@ -39,11 +39,12 @@ pub struct Doubt {
 }
 
 /// Finds out where there is a doubt.
-#[derive(Default)]
 pub struct Doubts {
     spreading: Vec<Spreading>,
     before: Vec<Before>,
     open: Vec<Doubt>,
+    /// How often a frame is sent until it and its ACK have arrived.
+    tries: f64,
 }
 
 /// What was before a change. Modules may not notice that until this time, and may hear each other as before:
@@ -55,7 +56,18 @@ struct Before {
     until: u64,
 }
 
+impl Default for Doubts {
+    fn default() -> Self {
+        Doubts { spreading: Vec::new(), before: Vec::new(), open: Vec::new(), tries: 1.0 }
+    }
+}
+
 impl Doubts {
+    /// From now on a frame is sent so often until it and its ACK have arrived, and what opens takes longer.
+    pub fn loses(&mut self, tries: f64) {
+        self.tries = tries;
+    }
+
     /// A module is given an order, while modules have the orders `of`. Returns the modules of other bodies
     /// that may hear of it all the same.
     pub fn given(
@@ -194,7 +206,7 @@ impl Doubts {
         let orders = candidates(&self.open, module, order);
         let pairs = orders.iter().flat_map(|one| orders.iter().map(|other| one.shows_after(*other)));
         let Some(shows_after) = pairs.flatten().max() else { return };
-        let at = now + DISCOVERY + shows_after;
+        let at = now + (DISCOVERY as f64 * self.tries) as u64 + shows_after;
         for doubt in &mut self.open {
             if orders.iter().any(|order| doubt.is_about(module, order.number)) {
                 doubt.at = doubt.at.max(at);
@@ -483,6 +495,18 @@ mod tests {
             orders.choose(wiring, due + DISCOVERY + beat, |_| Some(Status::POWER_UP), |_| None);
             assert!(orders.gait(3).is_none());
         }
+    }
+
+    #[test]
+    fn where_frames_are_lost_what_a_body_does_tells_later() {
+        let chain = Shape::Chain.wiring(6).unwrap();
+        let mut orders = Orders::new(6);
+        orders.loses(4.0);
+        orders.give(&chain, 0, (Caterpillar as u8, Period::OWN), AT);
+        orders.give(&chain, 5, (Serpentine as u8, Period::OWN), AT);
+        let says = |_| Some(walking(Caterpillar));
+        assert!(orders.choose(&chain, AT + 4 * DISCOVERY - 1, says, |_| None).is_empty());
+        assert!(!orders.choose(&chain, AT + 4 * DISCOVERY, says, |_| None).is_empty());
     }
 
     /// A chain is what an opened ring becomes, so it soon has to walk on, unless it has stopped.
