@@ -374,7 +374,7 @@ fn where_an_order_and_a_change_meet_the_robot_decides_what_it_has_heard() {
              [[event]]\nat = 13.027\ncommand = [0xd0, 192, 10]\nto = \"2.Down\"\n\
              [[event]]\nat = 13.058\ncommand = [0xd3, 115, 255]\nto = \"4.Right\"\n\
              [[event]]\nat = 13.111\nkill = 0",
-            1,
+            5,
         ),
     ] {
         expect_no_fault(robot, events, seed, 30);
