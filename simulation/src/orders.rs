@@ -227,11 +227,14 @@ impl Orders {
         let mut changed = Vec::new();
         let due = self.doubts.due(now);
         let bodies = if due.is_empty() { Vec::new() } else { wiring.bodies() };
-        for mut body in bodies {
+        for body in bodies {
             let is_doubted = |it: &&usize| due.iter().any(|doubt| doubt.is_about(**it, self.of[**it].number));
             let Some(&module) = body.iter().find(is_doubted) else { continue };
             let order = self.of[module].number;
-            let orders = candidates(&due, module, self.of[module]);
+            // One that started over had another order before than the rest of its body.
+            let with_it: Vec<usize> =
+                body.iter().copied().filter(|&it| self.of[it].number == order).collect();
+            let orders = candidates(&due, &with_it, self.of[module]);
             let shown = Shown {
                 says: says(module),
                 acts: body.iter().any(|&it| acts(it)),
@@ -241,9 +244,8 @@ impl Orders {
             let then = |gait: &Gait| body.iter().find_map(|&it| then(wiring, it, gait)).map(GaitName::gait);
             let follows = shown.tells(&orders, is_led, then);
             if follows > 0 {
-                body.retain(|&it| self.of[it].number == order);
-                body.iter().for_each(|&it| self.of[it] = orders[follows]);
-                changed.extend(body);
+                with_it.iter().for_each(|&it| self.of[it] = orders[follows]);
+                changed.extend(with_it);
                 changed.extend(self.spread(wiring));
                 // A body that was to rest has shown no pace.
                 let is_open = |it: &&Order| shown.beat.is_none() && orders[follows].differs_in_pace(**it);

@@ -367,6 +367,15 @@ fn where_an_order_and_a_change_meet_the_robot_decides_what_it_has_heard() {
              [[event]]\nat = 2.577\ncommand = [0xd0, 14, 255]\nto = \"3.Right\"",
             4,
         ),
+        // The head recalls another order than that to stop.
+        (
+            "shape = \"chain\"\nmodules = 10",
+            "at = 1.589\ncommand = [0xd5, 150, 80]\nto = \"9.Up\"\n\
+             [[event]]\nat = 14.44\nreset = 0\nmcu = \"master\"\n\
+             [[event]]\nat = 14.487\ncommand = [0xd0, 170, 80]\nto = \"2.Up\"\n\
+             [[event]]\nat = 14.489\ncommand = [0xd5, 215, 80]\nto = \"1.Up\"",
+            1,
+        ),
         // Where frames are lost it shows later whether it stops.
         (
             "shape = \"ring\"\nmodules = 5",

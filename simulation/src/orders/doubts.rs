@@ -161,7 +161,7 @@ impl Doubts {
         let Some(counts) = newest(None) else { return };
         for &module in modules {
             let Some(others) = newest(Some(module)) else { return };
-            for follows in candidates(&self.open, module, of[module]) {
+            for follows in candidates(&self.open, &[module], of[module]) {
                 let instead = follows.newer(others);
                 if !instead.is_like(counts) {
                     self.open(wiring, module, counts, vec![instead; of.len()].into(), now);
@@ -203,7 +203,7 @@ impl Doubts {
     pub fn open(&mut self, wiring: &Wiring, module: usize, order: Order, instead: Arc<[Order]>, now: u64) {
         let body = hearing(wiring, module);
         self.open.push(Doubt { body, order: order.number, instead, since: now, at: now });
-        let orders = candidates(&self.open, module, order);
+        let orders = candidates(&self.open, &[module], order);
         let pairs = orders.iter().flat_map(|one| orders.iter().map(|other| one.shows_after(*other)));
         let Some(shows_after) = pairs.flatten().max() else { return };
         let at = now + (DISCOVERY as f64 * self.tries) as u64 + shows_after;
@@ -251,13 +251,16 @@ impl Order {
 /// More orders than that are not told apart: the oldest ones count no more.
 const MOST: usize = 32;
 
-/// The orders that a module may follow by these doubts, and first this one, which counts else.
-pub fn candidates(doubts: &[Doubt], module: usize, order: Order) -> Vec<Order> {
+/// The orders that these modules of a body may follow by these doubts, and first this one, which counts else.
+pub fn candidates(doubts: &[Doubt], modules: &[usize], order: Order) -> Vec<Order> {
     let mut orders = vec![order];
     let mut seen = 0;
     while let Some(&order) = orders.get(seen) {
-        for doubt in doubts.iter().filter(|doubt| doubt.is_about(module, order.number)) {
-            let instead = doubt.instead[module];
+        let instead = |module: usize| {
+            let about = doubts.iter().filter(move |doubt| doubt.is_about(module, order.number));
+            about.map(move |doubt| doubt.instead[module])
+        };
+        for instead in modules.iter().flat_map(|&module| instead(module)) {
             let is_known = |it: &Order| (it.number, it.standing) == (instead.number, instead.standing);
             if orders.len() < MOST && !orders.iter().any(is_known) {
                 orders.push(instead);
