@@ -60,17 +60,3 @@ impl fmt::Display for JointFault {
         })
     }
 }
-
-impl<'de> Deserialize<'de> for JointOf {
-    /// From text as in `"3.Motor1"`.
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let text = String::deserialize(deserializer)?;
-        let module = text.split_once('.').and_then(|(module, _)| module.parse().ok());
-        let joints = module.into_iter().flat_map(|module| Axis::ALL.map(|axis| JointOf { module, axis }));
-        joints.into_iter().find(|joint| joint.to_string().eq_ignore_ascii_case(&text)).ok_or_else(|| {
-            serde::de::Error::custom(format!(
-                "\"{text}\" is not a joint: write the module's number, a dot, and Motor0, Motor1 or Motor2"
-            ))
-        })
-    }
-}

@@ -7,6 +7,7 @@ use hormone::hormone::Hormone;
 use serde::Deserialize;
 use tasks::dock::Dock;
 use tasks::message::MAX_PAYLOAD;
+use tasks::motor::Axis;
 use thiserror::Error;
 use toml::Spanned;
 
@@ -345,15 +346,32 @@ impl<'de> Deserialize<'de> for Face {
     /// From text as in `"3.Left"`.
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let text = String::deserialize(deserializer)?;
-        let face = text.split_once('.').and_then(|(module, dock)| {
-            let dock = Dock::ALL.into_iter().find(|known| format!("{known:?}").eq_ignore_ascii_case(dock))?;
-            Some(Face { module: module.parse().ok()?, dock })
-        });
-        face.ok_or_else(|| {
+        let face = named(&text, Dock::ALL.map(|dock| (format!("{dock:?}"), dock)));
+        face.map(|(module, dock)| Face { module, dock }).ok_or_else(|| {
             serde::de::Error::custom(format!(
                 "\"{text}\" is not a dock: write the module's number, a dot, and Front, Back, Left, Right, \
                  Up or Down"
             ))
         })
     }
+}
+
+impl<'de> Deserialize<'de> for JointOf {
+    /// From text as in `"3.Motor1"`.
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = String::deserialize(deserializer)?;
+        let joint = named(&text, Axis::ALL.map(|axis| (format!("Motor{}", axis.index()), axis)));
+        joint.map(|(module, axis)| JointOf { module, axis }).ok_or_else(|| {
+            serde::de::Error::custom(format!(
+                "\"{text}\" is not a joint: write the module's number, a dot, and Motor0, Motor1 or Motor2"
+            ))
+        })
+    }
+}
+
+/// The module, and which of its parts, that text as in `"3.Left"` names, in capitals or not.
+fn named<T>(text: &str, parts: impl IntoIterator<Item = (String, T)>) -> Option<(usize, T)> {
+    let (module, name) = text.split_once('.')?;
+    let (_, part) = parts.into_iter().find(|(known, _)| known.eq_ignore_ascii_case(name))?;
+    Some((module.parse().ok()?, part))
 }

@@ -147,7 +147,12 @@ impl Gait {
         self.touched(&touched, now)
     }
 
-    /// Programs of a module start over.
+    /// Whether a dock, to which nothing is attached, may miss what comes in by `now`.
+    pub fn may_miss(&self, face: Face, now: u64) -> bool {
+        self.orders.may_miss(face, now)
+    }
+
+    /// An order that comes to a module may be lost: programs of it start over, or its dock may miss it.
     pub fn interrupted(&mut self, module: usize, now: u64) {
         self.orders.interrupted(&self.wiring, module, now);
     }

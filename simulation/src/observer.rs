@@ -16,7 +16,6 @@ use crate::recording::Recorder;
 use crate::robot::Robot;
 use crate::scenario::Event;
 use crate::trace_event::TraceEvent;
-use crate::walker::DISCOVERY;
 use crate::wiring::{Face, Wiring};
 
 /// Follows a robot as it runs.
@@ -39,9 +38,6 @@ pub struct Observer {
     pub(crate) course: Course,
     disturbances: Vec<Disturbance>,
     wiring: Wiring,
-    /// Docks from which something came off, and when: until their modules have noticed, they send, and may
-    /// miss what comes in.
-    freed: Vec<(Face, u64)>,
     /// Docks from which nothing comes through, whatever is attached there, and whether noise is why.
     muted: Vec<(Face, bool)>,
     /// How the robot lies turned about its long axis, in degrees.
@@ -89,7 +85,6 @@ impl Observer {
             course: Course::NEW,
             disturbances: Vec::new(),
             wiring: wiring.clone(),
-            freed: Vec::new(),
             muted: Vec::new(),
             roll: 0.0,
             hear_since: (0..wiring.modules())
@@ -159,7 +154,7 @@ impl Observer {
         if let Some((module, gait, period)) = order {
             let concerned = self.gait.ordered(module, gait, period, event.at);
             self.hops.disturbed(&concerned, event.at);
-            if self.may_miss(event) {
+            if matches!(event.change, Change::Command { at, .. } if self.gait.may_miss(at, event.at)) {
                 self.gait.interrupted(module, event.at);
             }
         }
@@ -178,24 +173,12 @@ impl Observer {
         sent.filter(|at| *at >= slave).min().is_some_and(|at| at + frame + GIVEN_UP_AFTER >= master)
     }
 
-    /// Whether a command comes to a dock of which the module has not noticed yet that nothing is there.
-    fn may_miss(&self, event: &Event) -> bool {
-        let Change::Command { at, .. } = event.change else { return false };
-        self.freed.iter().any(|&(face, freed_at)| face == at && event.at < freed_at + DISCOVERY)
-    }
-
     fn follow(&mut self, event: &Event) {
         let &Event { at, ref change } = event;
         self.reshape(at);
-        let before = matches!(change, Change::Swap(..) | Change::Detach(_)).then(|| self.wiring.clone());
+        let before = matches!(change, Change::Swap(..)).then(|| self.wiring.clone());
         // A change that the robot made itself was possible.
         let _ = change.apply(&mut self.wiring);
-        if let Some(before) = &before {
-            let is_freed =
-                |face: &Face| before.attached(*face).is_some() && self.wiring.attached(*face).is_none();
-            self.freed.retain(|(_, freed_at)| at < freed_at + DISCOVERY);
-            self.freed.extend(before.docks().filter(is_freed).map(|face| (face, at)));
-        }
         if let Some(recorder) = &mut self.recorder {
             recorder.changed(event, &self.wiring);
         }
@@ -225,8 +208,7 @@ impl Observer {
             Change::Reset { module, .. } => audible.peers(module).chain([module]).collect(),
             // A module that comes to a dock that is blind in one direction says for a moment that it hears
             // its neighbour of before.
-            Change::Swap(..) => before.map_or_else(Vec::new, |before| before.differences(&self.wiring)),
-            _ => Vec::new(),
+            _ => before.map_or_else(Vec::new, |before| before.differences(&self.wiring)),
         };
         if !touched.is_empty() || audible != self.audible {
             self.discovery.rewired(&audible, at);

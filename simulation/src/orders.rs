@@ -16,7 +16,7 @@ use hormone::status::Status;
 use crate::hardware::MILLISECOND;
 use crate::leader::{acting, leads};
 use crate::walker::DISCOVERY;
-use crate::wiring::Wiring;
+use crate::wiring::{Face, Wiring};
 use doubts::{Doubts, candidates, hearing};
 use telling::Shown;
 
@@ -107,7 +107,8 @@ impl Orders {
         };
         self.given += 1;
         let order = Order { number: self.given, standing };
-        let stood = self.newest(&hearing(wiring, module)).unwrap_or(self.of[module]);
+        let body = hearing(wiring, module);
+        let stood = self.newest(&body).unwrap_or(self.of[module]);
         let apart = self.doubts.given(&self.of, wiring, (module, order), now);
         let mut known = self.doubts.known(module);
         // One that starts over hears it once it runs, and may have heard of the order of its body by then.
@@ -119,7 +120,6 @@ impl Orders {
             let instead = stood.newer(Order { standing, ..order });
             self.doubts.open(wiring, module, self.of[module], vec![instead; self.of.len()].into(), now);
         }
-        let body = hearing(wiring, module);
         let again = self.again.iter().filter(|(other, ..)| body.contains(other));
         for standing in again.filter_map(|&(_, (gait, period), _)| order.standing.next(gait, period)) {
             let instead = vec![Order { standing, ..order }; self.of.len()];
@@ -153,7 +153,12 @@ impl Orders {
         self.doubts.loses(tries);
     }
 
-    /// Programs of a module start over. An order that comes to it may be lost.
+    /// Whether a dock, to which nothing is attached, may miss what comes in by `now`.
+    pub fn may_miss(&self, face: Face, now: u64) -> bool {
+        self.doubts.may_miss(face, now)
+    }
+
+    /// An order that comes to a module may be lost.
     pub fn interrupted(&mut self, wiring: &Wiring, module: usize, now: u64) {
         self.doubts.interrupted(&self.of, wiring, module, now);
     }
@@ -335,6 +340,11 @@ impl Order {
     }
 }
 
+/// How long a beat of this gait is, in cycles.
+fn beat(gait: &Gait) -> u64 {
+    u64::from(gait.beat.get()) * MILLISECOND
+}
+
 /// The gait that follows this one, for a module that has the type in which it ends, and leads by the other.
 fn then(wiring: &Wiring, module: usize, gait: &Gait) -> Option<GaitName> {
     let Once { becomes, then } = gait.once?;
@@ -350,7 +360,6 @@ pub mod tests {
 
     use super::*;
     use crate::shape::Shape;
-    use crate::wiring::Face;
 
     /// What a module says that walks by a gait.
     pub fn walking(gait: GaitName) -> Status {

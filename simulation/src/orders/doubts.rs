@@ -4,11 +4,11 @@
 
 use std::sync::Arc;
 
-use super::Order;
+use super::{Order, beat};
 use crate::command::SENDS;
-use crate::hardware::{GIVEN_UP_AFTER, MILLISECOND, STEP};
+use crate::hardware::{GIVEN_UP_AFTER, STEP};
 use crate::walker::{DISCOVERY, HOP, election};
-use crate::wiring::Wiring;
+use crate::wiring::{Face, Wiring};
 
 /// How long a module may not have heard an order: a remote control repeats it, and a dock may hear only the
 /// last sending.
@@ -105,8 +105,13 @@ impl Doubts {
         (0..of.len()).filter(|&it| is_apart[it]).collect()
     }
 
-    /// Programs of a module start over, while modules have the orders `of`: an order that comes to it may be
-    /// lost.
+    /// Whether a dock, to which nothing is attached, may miss what comes in by `now`: until its module has
+    /// noticed that something came off, the dock sends.
+    pub fn may_miss(&self, face: Face, now: u64) -> bool {
+        self.before.iter().any(|before| now < before.until && before.wiring.attached(face).is_some())
+    }
+
+    /// An order that comes to a module may be lost, while modules have the orders `of`.
     pub fn interrupted(&mut self, of: &[Order], wiring: &Wiring, module: usize, now: u64) {
         self.forget(now);
         let is_lost = |it: &&Spreading| it.module == module && it.is_coming(now);
@@ -238,11 +243,10 @@ impl Order {
     /// `None` if nothing does. The gait's name shows at once, whether any module acts at the first beat of
     /// the leader, which a ring has to elect, and the Period by two letters.
     fn shows_after(self, other: Order) -> Option<u64> {
-        let beat = |gait: hormone::gait::Gait| u64::from(gait.beat.get()) * MILLISECOND;
         match (self.gait(), other.gait()) {
             (Some(one), Some(other)) if one.name != other.name => Some(0),
-            (Some(one), Some(other)) if one.beat != other.beat => Some(2 * beat(one).max(beat(other))),
-            (Some(gait), None) | (None, Some(gait)) => Some(beat(gait) + election(gait.leader)),
+            (Some(one), Some(other)) if one.beat != other.beat => Some(2 * beat(&one).max(beat(&other))),
+            (Some(gait), None) | (None, Some(gait)) => Some(beat(&gait) + election(gait.leader)),
             _ => None,
         }
     }
@@ -303,7 +307,6 @@ mod tests {
     use super::super::{LASTS, Orders};
     use super::*;
     use crate::shape::Shape;
-    use crate::wiring::Face;
 
     const AT: u64 = 10 * DISCOVERY;
 
@@ -404,9 +407,8 @@ mod tests {
     #[test]
     fn of_two_orders_of_one_gait_the_pace_tells_which_counts() {
         let chain = Shape::Chain.wiring(6).unwrap();
-        let own = u64::from(Serpentine.gait().beat.get()) * MILLISECOND;
         let long = Period::of_milliseconds(4000).unwrap();
-        let longer = u64::from(long.of(Serpentine.gait()).beat.get()) * MILLISECOND;
+        let [own, longer] = [Period::OWN, long].map(|period| beat(&period.of(Serpentine.gait())));
         for (first, second) in [(long, Period::OWN), (Period::OWN, long)] {
             for beat in [own, longer] {
                 let mut orders = Orders::new(6);
@@ -417,7 +419,7 @@ mod tests {
                 assert!(orders.choose(&chain, due - 1, says, |_| Some(beat)).is_empty(), "too soon");
                 assert!(orders.doubted_until().iter().all(|&until| until >= due + STEP));
                 orders.choose(&chain, due, says, |_| Some(beat + beat / 9));
-                let counts = orders.gait(3).map(|gait| u64::from(gait.beat.get()) * MILLISECOND);
+                let counts = orders.gait(3).map(|gait| super::beat(&gait));
                 assert_eq!(counts, Some(beat), "{first:?} {second:?}");
             }
         }
@@ -427,9 +429,8 @@ mod tests {
     #[test]
     fn of_two_orders_to_walk_that_meet_one_to_stop_the_pace_tells_later_which_counts() {
         let chain = Shape::Chain.wiring(6).unwrap();
-        let own = u64::from(Serpentine.gait().beat.get()) * MILLISECOND;
         let long = Period::of_milliseconds(4000).unwrap();
-        let longer = u64::from(long.of(Serpentine.gait()).beat.get()) * MILLISECOND;
+        let [own, longer] = [Period::OWN, long].map(|period| beat(&period.of(Serpentine.gait())));
         for beat in [own, longer] {
             let mut orders = Orders::new(6);
             orders.give(&chain, 0, (Serpentine as u8, Period::OWN), AT);
@@ -440,7 +441,7 @@ mod tests {
             orders.choose(&chain, walks_at, says, |_| None);
             assert!(orders.gait(3).is_some());
             orders.choose(&chain, walks_at + DISCOVERY + 2 * longer, says, |_| Some(beat));
-            let counts = orders.gait(3).map(|gait| u64::from(gait.beat.get()) * MILLISECOND);
+            let counts = orders.gait(3).map(|gait| super::beat(&gait));
             assert_eq!(counts, Some(beat));
         }
     }
@@ -485,7 +486,7 @@ mod tests {
         let whole = Shape::Chain.wiring(6).unwrap();
         let mut cut = whole.clone();
         cut.detach(Face { module: 2, dock: Back }).unwrap();
-        let beat = u64::from(Serpentine.gait().beat.get()) * MILLISECOND;
+        let beat = beat(&Serpentine.gait());
         let due = AT + DISCOVERY + beat;
         for is_cut in [true, false] {
             let mut orders = Orders::new(6);

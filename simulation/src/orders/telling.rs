@@ -2,8 +2,7 @@
 
 use hormone::gait::Gait;
 
-use super::Order;
-use crate::hardware::MILLISECOND;
+use super::{Order, beat};
 
 /// What the modules of a body do.
 pub struct Shown {
@@ -35,10 +34,7 @@ impl Shown {
         let walks = || (0..gaits.len()).filter_map(|it| Some((it, gaits[it].filter(may_walk)?)));
         let may_be = |(it, gait): (usize, Gait)| [Some(gait), then(&gait)].map(|gait| Some((it, gait?)));
         let said = walks().flat_map(may_be).flatten().filter(|(_, gait)| Some(gait.name) == self.says);
-        let apart = |gait: &Gait| {
-            let beat = u64::from(gait.beat.get()) * MILLISECOND;
-            self.beat.map(|it| it.abs_diff(beat))
-        };
+        let apart = |gait: &Gait| self.beat.map(|it| it.abs_diff(beat(gait)));
         let nearest = said.min_by_key(|(_, gait)| apart(gait)).map(|(order, _)| order);
         let else_it = if rests { stop } else { walks().next().map(|(order, _)| order) };
         nearest.or(else_it).unwrap_or(0)
